@@ -1,0 +1,9 @@
+#pragma once
+
+namespace evograsp {
+
+inline constexpr char kVersion[] = "0.1.0";
+// Of proto/wire.proto: a peer that speaks another is refused with a reason.
+inline constexpr unsigned kProtocolVersion = 1;
+
+}  // namespace evograsp

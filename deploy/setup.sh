@@ -1,0 +1,43 @@
+#!/usr/bin/env bash
+# Installs what evograsp needs on Debian 12. Idempotent: does nothing when all is there.
+#   deploy/setup.sh          to build, test and run
+#   deploy/setup.sh --ci     also what the checks need (second compiler, linters, emulator)
+#   deploy/setup.sh --list   prints the packages, one a line, and installs nothing
+set -euo pipefail
+
+build=(
+  ca-certificates git g++ cmake ninja-build ccache pkg-config
+  libprotobuf-dev protobuf-compiler libzmq3-dev cppzmq-dev libeigen3-dev libexpected-dev
+  libbullet-dev libbullet-extras-dev libembree-dev libqhull-dev libassimp-dev liburdfdom-dev
+  libspdlog-dev libcli11-dev libsqlite3-dev sqlite3 libzstd-dev libcpp-httplib-dev nlohmann-json3-dev
+  prometheus-cpp-dev libpng-dev libcairo2-dev libsodium-dev fonts-dejavu-core
+  libgtest-dev libgmock-dev libbenchmark-dev curl procps
+)
+ci=(clang clang-format clang-tidy libclang-rt-14-dev qemu-user shellcheck docker-compose)
+
+wanted=("${build[@]}")
+list_only=false
+for arg in "$@"; do
+  case "$arg" in
+    --ci) wanted+=("${ci[@]}") ;;
+    --list) list_only=true ;;
+    *) echo "setup.sh: unknown option '$arg' (--ci, --list)" >&2; exit 2 ;;
+  esac
+done
+if $list_only; then printf '%s\n' "${wanted[@]}"; exit 0; fi
+
+is_installed() { dpkg-query -W -f='${db:Status-Status}' "$1" 2>/dev/null | grep -qx installed; }
+
+missing=()
+for package in "${wanted[@]}"; do is_installed "$package" || missing+=("$package"); done
+[ ${#missing[@]} -gt 0 ] || exit 0
+
+as_root=()
+if [ "$(id -u)" -ne 0 ]; then
+  command -v sudo >/dev/null || { echo "setup.sh: run as root, or install by hand: ${missing[*]}" >&2; exit 1; }
+  as_root=(sudo)
+fi
+echo "setup.sh: installing ${#missing[@]} packages: ${missing[*]}" >&2
+export DEBIAN_FRONTEND=noninteractive
+"${as_root[@]}" apt-get update -qq
+"${as_root[@]}" apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null

@@ -1,0 +1,34 @@
+// Measurements to fitness (SPEC 8, Algorithm 1 of the thesis, 4.2.2.1) and to success (SPEC 11).
+#pragma once
+
+#include <span>
+
+#include "common/result.h"
+#include "proto/config.pb.h"
+#include "proto/wire.pb.h"
+
+namespace evograsp::score {
+
+struct Terms {
+  double f1 = 0, f2 = 0, f3 = 0, f4 = 0;
+  double total = 0;  // the enabled ones
+};
+
+// Immutable and thread-safe.
+class Scorer {
+ public:
+  static Result<Scorer> create(const proto::FitnessConfig& config);
+  Terms trial(const proto::Measurement& m) const;
+  // Mean of the trials in the order given; 0 for none.
+  double evaluation(std::span<const proto::Measurement> trials) const;
+
+ private:
+  double gamma_, f1_cap_, beta_, alpha_, k_, lambda_, epsilon_, omega_, w_, theta_min_, theta_max_, near_target_;
+  bool f_enabled_[5];
+  bool normalised_, gate_;
+};
+
+// A stable grasp of the target: force closure in the kinematic trial.
+bool success(const proto::Measurement& m);
+
+}  // namespace evograsp::score

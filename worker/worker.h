@@ -1,0 +1,33 @@
+// A worker: one connection to a master, N simulator slots.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "common/result.h"
+
+namespace zmq {
+class context_t;
+}
+
+namespace evograsp::worker {
+
+struct WorkerOptions {
+  std::string connect = "tcp://127.0.0.1:5555";   // or inproc://evograsp with a shared context
+  int slots = 0;                                  // 0: one a core
+  std::string identity;                           // default: host, pid and a random part
+  zmq::context_t* context = nullptr;
+};
+
+class Worker {
+ public:
+  static Result<std::unique_ptr<Worker>> create(WorkerOptions options);
+  virtual ~Worker() = default;
+  // Serves until drained, refused for good, or stopped. Reconnects with backoff and jitter when the master
+  // goes away. Blocks.
+  virtual Status run() = 0;
+  virtual void drain() = 0;  // finish what has started, hand back the rest, say goodbye; from any thread
+  virtual void stop() = 0;   // at once
+};
+
+}  // namespace evograsp::worker
