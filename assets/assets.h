@@ -25,16 +25,17 @@ struct LoadedHand {
 };
 
 struct ObjectOptions {
-  double mesh_scale = 1;  // for mesh files named directly
-  double mesh_mass = 0;   // kg; 0: by density
+  double mesh_scale = 1;        // for mesh files named directly
+  double mesh_mass = 0;         // kg; 0: by density
   std::filesystem::path base;   // relative names are looked up here first
   std::filesystem::path cache;  // decompositions; empty: default_cache_folder()
 };
 
-// name_or_path: a built-in name (cylinder, cuboid, cube_6cm = cube, cube_5cm, sphere_4cm = sphere, sphere_3cm,
-// mug, plated_mug), an object file (*.txtpb) or a mesh file.
+// name_or_path: a built-in name (cylinder, cuboid, cube_6cm = cube, cube_5cm, sphere_4cm = sphere,
+// sphere_3cm, mug, plated_mug), an object file (*.txtpb) or a mesh file.
 Result<LoadedObject> load_object(const std::string& name_or_path, const ObjectOptions& options);
-// name_or_path: a built-in name (meka_h2, parallel_jaw, barrett), a hand file, or a bare URDF (defaults guessed).
+// name_or_path: a built-in name (meka_h2, parallel_jaw, barrett), a hand file, or a bare URDF (defaults
+// guessed).
 Result<LoadedHand> load_hand(const std::string& name_or_path, const std::filesystem::path& base);
 
 std::vector<std::string> builtin_objects();

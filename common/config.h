@@ -1,14 +1,14 @@
 // Config files: protobuf text, checked like a compiler checks a program.
 #pragma once
 
+#include <google/protobuf/message.h>
+
 #include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
-
-#include <google/protobuf/message.h>
 
 #include "common/result.h"
 #include "proto/config.pb.h"
@@ -33,15 +33,15 @@ std::vector<Diagnostic> parse_text(std::string_view text, const std::string& fil
 enum class Origin { kDefault, kFile, kEnvironment, kFlag };
 
 struct LoadedConfig {
-  proto::Config config;                    // every default written out
-  std::map<std::string, Origin> origin;    // by dotted path, e.g. "neat.population"
-  std::filesystem::path base;              // relative names in the file are relative to this
+  proto::Config config;                  // every default written out
+  std::map<std::string, Origin> origin;  // by dotted path, e.g. "neat.population"
+  std::filesystem::path base;            // relative names in the file are relative to this
 };
 
 // file: path or built-in config name. Precedence: overrides (flags, "neat.population=200"), environment
 // (EVOGRASP_NEAT__POPULATION=200), file, defaults. All diagnostics at once.
-tl::expected<LoadedConfig, std::vector<Diagnostic>> load_config(const std::string& file,
-                                                                const std::vector<std::string>& overrides = {});
+tl::expected<LoadedConfig, std::vector<Diagnostic>> load_config(
+    const std::string& file, const std::vector<std::string>& overrides = {});
 
 // Every leaf as (dotted path, value as text), in schema order: defaults included.
 std::vector<std::pair<std::string, std::string>> flatten(const google::protobuf::Message& message);

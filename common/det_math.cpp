@@ -5,7 +5,8 @@
 #include <cstdint>
 #include <limits>
 
-// Polynomial coefficients: the minimax fits published with FreeBSD msun (fdlibm), on the usual reduced ranges.
+// Polynomial coefficients: the minimax fits published with FreeBSD msun (fdlibm), on the usual reduced
+// ranges.
 namespace evograsp::det {
 namespace {
 
@@ -48,11 +49,15 @@ Reduced reduce(double x) {
   return {r, static_cast<int>(static_cast<std::int64_t>(n) & 3)};
 }
 
-bool out_of_range(double x) { return !(std::fabs(x) <= 1e5); }
+bool out_of_range(double x) {
+  return !(std::fabs(x) <= 1e5);
+}
 
 double scale_by_power_of_two(double x, int k) {
-  if (k > 1000) return x * 0x1p1000 * std::bit_cast<double>(static_cast<std::uint64_t>(1023 + k - 1000) << 52);
-  if (k < -1000) return x * 0x1p-1000 * std::bit_cast<double>(static_cast<std::uint64_t>(1023 + k + 1000) << 52);
+  if (k > 1000)
+    return x * 0x1p1000 * std::bit_cast<double>(static_cast<std::uint64_t>(1023 + k - 1000) << 52);
+  if (k < -1000)
+    return x * 0x1p-1000 * std::bit_cast<double>(static_cast<std::uint64_t>(1023 + k + 1000) << 52);
   return x * std::bit_cast<double>(static_cast<std::uint64_t>(1023 + k) << 52);
 }
 
@@ -79,10 +84,22 @@ void sincos(double x, double* s, double* c) {
   const double sine = sin_kernel(r.remainder);
   const double cosine = cos_kernel(r.remainder);
   switch (r.quadrant) {
-    case 0: *s = sine; *c = cosine; break;
-    case 1: *s = cosine; *c = -sine; break;
-    case 2: *s = -sine; *c = -cosine; break;
-    default: *s = -cosine; *c = sine; break;
+    case 0:
+      *s = sine;
+      *c = cosine;
+      break;
+    case 1:
+      *s = cosine;
+      *c = -sine;
+      break;
+    case 2:
+      *s = -sine;
+      *c = -cosine;
+      break;
+    default:
+      *s = -cosine;
+      *c = sine;
+      break;
   }
 }
 
@@ -97,10 +114,10 @@ double exp(double x) {
   const double low = k * kLn2Low;
   const double r = high - low;
   const double z = r * r;
-  const double c =
-      r - z * (1.66666666666666019037e-01 +
-               z * (-2.77777777770155933842e-03 +
-                    z * (6.61375632143793436117e-05 + z * (-1.65339022054652515390e-06 + z * 4.13813679705723846039e-08))));
+  const double c = r - z * (1.66666666666666019037e-01 +
+                            z * (-2.77777777770155933842e-03 +
+                                 z * (6.61375632143793436117e-05 +
+                                      z * (-1.65339022054652515390e-06 + z * 4.13813679705723846039e-08))));
   const double y = 1.0 - ((low - (r * c) / (2.0 - c)) - high);
   return scale_by_power_of_two(y, static_cast<int>(k));
 }
@@ -130,7 +147,8 @@ double log(double x) {
            z * (3.999999999940941908e-01 +
                 z * (2.857142874366239149e-01 +
                      z * (2.222219843214978396e-01 +
-                          z * (1.818357216161805012e-01 + z * (1.531383769920937332e-01 + z * 1.479819860511658591e-01))))));
+                          z * (1.818357216161805012e-01 +
+                               z * (1.531383769920937332e-01 + z * 1.479819860511658591e-01))))));
   const double half = 0.5 * f * f;
   const double dk = k;
   return dk * 6.93147180369123816490e-01 - ((half - (s * (half + r) + dk * 1.90821492927058770002e-10)) - f);
@@ -144,9 +162,10 @@ double tanh(double x) {
   if (a < 0.25) {
     // Odd Taylor series through x^21: no cancellation near zero.
     const double z = a * a;
-    constexpr double c[] = {-0.33333333333333333,   0.13333333333333333,    -0.053968253968253968,  0.021869488536155203,
-                            -0.0088632355299021966, 0.0035921280365724810,  -0.0014558343870513183, 0.00059002744094558598,
-                            -0.00023912911424355248, 0.000096915379569294509};
+    constexpr double c[] = {-0.33333333333333333,   0.13333333333333333,    -0.053968253968253968,
+                            0.021869488536155203,   -0.0088632355299021966, 0.0035921280365724810,
+                            -0.0014558343870513183, 0.00059002744094558598, -0.00023912911424355248,
+                            0.000096915379569294509};
     double p = 0;
     for (int i = 9; i >= 0; --i) p = c[i] + z * p;
     t = a + a * z * p;
@@ -161,10 +180,10 @@ double atan(double x) {
   if (std::isnan(x)) return x;
   const double a = std::fabs(x);
   if (a >= 0x1p66) return std::copysign(1.57079632679489655800e+00, x);
-  constexpr double kHigh[] = {4.63647609000806093515e-01, 7.85398163397448278999e-01, 9.82793723247329054082e-01,
-                              1.57079632679489655800e+00};
-  constexpr double kLow[] = {2.26987774529616870924e-17, 3.06161699786838301793e-17, 1.39033110312309984516e-17,
-                             6.12323399573676603587e-17};
+  constexpr double kHigh[] = {4.63647609000806093515e-01, 7.85398163397448278999e-01,
+                              9.82793723247329054082e-01, 1.57079632679489655800e+00};
+  constexpr double kLow[] = {2.26987774529616870924e-17, 3.06161699786838301793e-17,
+                             1.39033110312309984516e-17, 6.12323399573676603587e-17};
   int id = -1;
   double t = a;
   if (a >= 0.4375) {
@@ -188,11 +207,12 @@ double atan(double x) {
       z * (3.33333333333329318027e-01 +
            w * (1.42857142725034663711e-01 +
                 w * (9.09088713343650656196e-02 +
-                     w * (6.66107313738753120669e-02 + w * (4.97687799461593236017e-02 + w * 1.62858201153657823623e-02)))));
-  const double odd =
-      w * (-1.99999999998764832476e-01 +
-           w * (-1.11111104054623557880e-01 +
-                w * (-7.69187620504482999495e-02 + w * (-5.83357013379057348645e-02 + w * -3.65315727442169155270e-02))));
+                     w * (6.66107313738753120669e-02 +
+                          w * (4.97687799461593236017e-02 + w * 1.62858201153657823623e-02)))));
+  const double odd = w * (-1.99999999998764832476e-01 +
+                          w * (-1.11111104054623557880e-01 +
+                               w * (-7.69187620504482999495e-02 +
+                                    w * (-5.83357013379057348645e-02 + w * -3.65315727442169155270e-02))));
   const double y = id < 0 ? t - t * (even + odd) : kHigh[id] - ((t * (even + odd) - kLow[id]) - t);
   return std::copysign(y, x);
 }

@@ -1,7 +1,7 @@
-// Transcendental functions whose bits do not depend on the machine. glibc picks variants with and without fused
-// multiply-add at run time, so sin, cos, exp, log, tanh, acos and atan2 of <cmath> must not be used in anything
-// that a trial or a network touches; sqrt, fabs, floor, ceil and copysign are exact and fine.
-// Errors stay below 1.5 ulp on the ranges named. Pure functions, thread-safe.
+// Transcendental functions whose bits do not depend on the machine. glibc picks variants with and without
+// fused multiply-add at run time, so sin, cos, exp, log, tanh, acos and atan2 of <cmath> must not be used in
+// anything that a trial or a network touches; sqrt, fabs, floor, ceil and copysign are exact and fine. Errors
+// stay below 1.5 ulp on the ranges named. Pure functions, thread-safe.
 #pragma once
 
 namespace evograsp::det {

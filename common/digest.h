@@ -1,10 +1,10 @@
 // Content hashes and bytes that do not depend on map order.
 #pragma once
 
+#include <google/protobuf/message_lite.h>
+
 #include <string>
 #include <string_view>
-
-#include <google/protobuf/message_lite.h>
 
 namespace evograsp {
 

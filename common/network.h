@@ -30,8 +30,8 @@ class Network {
   int links() const { return static_cast<int>(source_.size()); }
   bool recurrent() const { return recurrent_; }
 
-  // One evaluation. in: inputs() values; out: outputs() values. A recurrent network starts from zero state and
-  // makes `steps` synchronous updates (ignored when feed-forward).
+  // One evaluation. in: inputs() values; out: outputs() values. A recurrent network starts from zero state
+  // and makes `steps` synchronous updates (ignored when feed-forward).
   void activate(std::span<const float> in, std::span<float> out, Scratch& scratch, int steps = 1) const;
   // `count` evaluations; in: count x inputs(), out: count x outputs(), row-major.
   void activate_batch(std::span<const float> in, std::span<float> out, int count, Scratch& scratch,

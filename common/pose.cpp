@@ -28,16 +28,19 @@ Mat3 rotation_from_quaternion(double w, double x, double y, double z) {
   if (!(n2 > 1e-24)) return Mat3::Identity();
   const double s = 2 / n2;
   Mat3 r;
-  r << 1 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w), s * (x * y + z * w), 1 - s * (x * x + z * z),
-      s * (y * z - x * w), s * (x * z - y * w), s * (y * z + x * w), 1 - s * (x * x + y * y);
+  r << 1 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w), s * (x * y + z * w),
+      1 - s * (x * x + z * z), s * (y * z - x * w), s * (x * z - y * w), s * (y * z + x * w),
+      1 - s * (x * x + y * y);
   return r;
 }
 
-bool is_finite(const Vec3& v) { return std::isfinite(v.x()) && std::isfinite(v.y()) && std::isfinite(v.z()); }
+bool is_finite(const Vec3& v) {
+  return std::isfinite(v.x()) && std::isfinite(v.y()) && std::isfinite(v.z());
+}
 
 bool is_finite(const Pose& pose) {
-  return is_finite(pose.position) && is_finite(Vec3(pose.rotation.col(0))) && is_finite(Vec3(pose.rotation.col(1))) &&
-         is_finite(Vec3(pose.rotation.col(2)));
+  return is_finite(pose.position) && is_finite(Vec3(pose.rotation.col(0))) &&
+         is_finite(Vec3(pose.rotation.col(1))) && is_finite(Vec3(pose.rotation.col(2)));
 }
 
 proto::Vec3 to_proto(const Vec3& v) {
@@ -80,8 +83,14 @@ proto::Pose to_proto(const Pose& pose) {
   return out;
 }
 
-Vec3 from_proto(const proto::Vec3& v) { return {v.x(), v.y(), v.z()}; }
-Mat3 from_proto(const proto::Quat& q) { return rotation_from_quaternion(q.w(), q.x(), q.y(), q.z()); }
-Pose from_proto(const proto::Pose& pose) { return {from_proto(pose.orientation()), from_proto(pose.position())}; }
+Vec3 from_proto(const proto::Vec3& v) {
+  return {v.x(), v.y(), v.z()};
+}
+Mat3 from_proto(const proto::Quat& q) {
+  return rotation_from_quaternion(q.w(), q.x(), q.y(), q.z());
+}
+Pose from_proto(const proto::Pose& pose) {
+  return {from_proto(pose.orientation()), from_proto(pose.position())};
+}
 
 }  // namespace evograsp

@@ -24,7 +24,8 @@ struct Pose {
 Mat3 rotation_about(const Vec3& unit_axis, double angle_rad);
 // Rotation by angle_rad about axis of any length; a zero axis (below 1e-9) means no rotation (SPEC 5).
 Mat3 axis_angle(const Vec3& axis, double angle_rad);
-Mat3 rotation_from_quaternion(double w, double x, double y, double z);  // normalises; identity for a zero quaternion
+Mat3 rotation_from_quaternion(double w, double x, double y,
+                              double z);  // normalises; identity for a zero quaternion
 
 bool is_finite(const Vec3& v);
 bool is_finite(const Pose& pose);

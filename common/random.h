@@ -9,16 +9,16 @@ namespace evograsp {
 
 // What a stream is for. Values are part of the run's meaning: never renumber.
 enum class Purpose : std::uint32_t {
-  kPlacement = 1,       // cmd_shuffle
-  kClick = 2,           // cmd_get_info
+  kPlacement = 1,  // cmd_shuffle
+  kClick = 2,      // cmd_get_info
   kSensorNoise = 3,
-  kDomain = 4,          // domain randomisation
-  kTrialSeeds = 5,      // the trials of a generation
+  kDomain = 4,      // domain randomisation
+  kTrialSeeds = 5,  // the trials of a generation
   kInitialPopulation = 6,
-  kReproduction = 7,    // one stream a child
+  kReproduction = 7,  // one stream a child
   kSpeciation = 8,
-  kValidation = 9,      // placements that choose the champion
-  kTest = 10,           // placements that judge it
+  kValidation = 9,  // placements that choose the champion
+  kTest = 10,       // placements that judge it
   kAudit = 11,
   kTestHarness = 1000,  // tests and benchmarks only
 };
@@ -31,7 +31,8 @@ constexpr std::uint64_t mix64(std::uint64_t z) {
 }
 
 // One 64-bit key from four; order matters.
-constexpr std::uint64_t hash_key(std::uint64_t seed, Purpose purpose, std::uint64_t generation, std::uint64_t index) {
+constexpr std::uint64_t hash_key(std::uint64_t seed, Purpose purpose, std::uint64_t generation,
+                                 std::uint64_t index) {
   std::uint64_t h = mix64(seed + 0x9e3779b97f4a7c15ULL);
   h = mix64(h ^ (static_cast<std::uint64_t>(purpose) * 0xd1342543de82ef95ULL + 1));
   h = mix64(h ^ (generation * 0xaf251af3b0f025b5ULL + 2));
@@ -54,7 +55,8 @@ class Random {
   constexpr double uniform() { return static_cast<double>(next() >> 11) * 0x1.0p-53; }
   // Uniform in [a, b).
   constexpr double uniform(double a, double b) { return a + (b - a) * uniform(); }
-  // Uniform in [0, n), n > 0; unbiased to 2^-32 for n < 2^32 (multiply-shift; Lemire 2019, without rejection).
+  // Uniform in [0, n), n > 0; unbiased to 2^-32 for n < 2^32 (multiply-shift; Lemire 2019, without
+  // rejection).
   constexpr std::uint32_t below(std::uint32_t n) {
     return static_cast<std::uint32_t>(((next() >> 32) * static_cast<std::uint64_t>(n)) >> 32);
   }

@@ -28,7 +28,8 @@ struct SpeciesSummary {
 class Population {
  public:
   // Random streams are keyed by run_seed: nothing else decides what comes out.
-  static Result<Population> create(const proto::NeatConfig& config, int inputs, int outputs, std::uint64_t run_seed);
+  static Result<Population> create(const proto::NeatConfig& config, int inputs, int outputs,
+                                   std::uint64_t run_seed);
   static Result<Population> load(const proto::NeatConfig& config, std::string_view state);
   std::string save() const;  // deterministic bytes; load(save()) continues to the same bytes
 

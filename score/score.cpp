@@ -10,16 +10,20 @@ namespace {
 
 constexpr std::string_view kCombinations[] = {"1", "12", "13", "14", "123", "124", "134", "1234"};
 
-bool finite(const proto::Vec3& v) { return std::isfinite(v.x()) && std::isfinite(v.y()) && std::isfinite(v.z()); }
+bool finite(const proto::Vec3& v) {
+  return std::isfinite(v.x()) && std::isfinite(v.y()) && std::isfinite(v.z());
+}
 
 double distance(const proto::Vec3& a, const proto::Vec3& b) {
   const double x = a.x() - b.x(), y = a.y() - b.y(), z = a.z() - b.z();
   return std::sqrt(x * x + y * y + z * z);
 }
 
-// f(0) = maximum, half of it at `range`, falling as 1/distance: beta / (d + alpha) written so that the maximum
-// is plain to see.
-constexpr double numerator(double maximum, double range) { return maximum * range; }
+// f(0) = maximum, half of it at `range`, falling as 1/distance: beta / (d + alpha) written so that the
+// maximum is plain to see.
+constexpr double numerator(double maximum, double range) {
+  return maximum * range;
+}
 
 }  // namespace
 
@@ -30,7 +34,8 @@ Result<Scorer> Scorer::create(const proto::FitnessConfig& c) {
   Scorer s;
   s.normalised_ = c.preset() == proto::NORMALISED;
   s.gate_ = c.contact_gates_f3_f4();
-  for (int t = 1; t <= 4; ++t) s.f_enabled_[t] = c.terms().find(static_cast<char>('0' + t)) != std::string::npos;
+  for (int t = 1; t <= 4; ++t)
+    s.f_enabled_[t] = c.terms().find(static_cast<char>('0' + t)) != std::string::npos;
   const auto pick = [](bool given, double value, double preset) { return given ? value : preset; };
   const bool n = s.normalised_;
   s.alpha_ = pick(c.has_alpha(), c.alpha(), n ? 0.03 : 0.1);
@@ -61,7 +66,8 @@ Terms Scorer::trial(const proto::Measurement& m) const {
   }
   if (!gate_ || m.contacts() > 0) {
     t.f3 = lambda_ / (distance(m.p(), m.s()) + epsilon_);
-    if (m.theta() >= theta_min_ && m.theta() <= theta_max_) t.f4 = m.target_distance() < near_target_ ? omega_ : w_;
+    if (m.theta() >= theta_min_ && m.theta() <= theta_max_)
+      t.f4 = m.target_distance() < near_target_ ? omega_ : w_;
   }
   const double f[5] = {0, t.f1, t.f2, t.f3, t.f4};
   for (int i = 1; i <= 4; ++i)
@@ -76,6 +82,8 @@ double Scorer::evaluation(std::span<const proto::Measurement> trials) const {
   return sum / static_cast<double>(trials.size());
 }
 
-bool success(const proto::Measurement& m) { return m.outcome() == proto::GRASPED && m.quality() > 0; }
+bool success(const proto::Measurement& m) {
+  return m.outcome() == proto::GRASPED && m.quality() > 0;
+}
 
 }  // namespace evograsp::score

@@ -23,7 +23,8 @@ class Scorer {
   double evaluation(std::span<const proto::Measurement> trials) const;
 
  private:
-  double gamma_, f1_cap_, beta_, alpha_, k_, lambda_, epsilon_, omega_, w_, theta_min_, theta_max_, near_target_;
+  double gamma_, f1_cap_, beta_, alpha_, k_, lambda_, epsilon_, omega_, w_, theta_min_, theta_max_,
+      near_target_;
   bool f_enabled_[5];
   bool normalised_, gate_;
 };

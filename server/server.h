@@ -18,11 +18,12 @@ class context_t;
 namespace evograsp::server {
 
 struct ServerOptions {
-  proto::Config config;                      // every default written out; taken from run.db when resuming
-  assets::ResolvedExperiment experiment;     // unused when resuming: run.db holds the bundles
-  std::filesystem::path run_dir;             // holds run.db; made when missing
+  proto::Config config;                   // every default written out; taken from run.db when resuming
+  assets::ResolvedExperiment experiment;  // unused when resuming: run.db holds the bundles
+  std::filesystem::path run_dir;          // holds run.db; made when missing
   bool resume = false;
-  // When set, the dispatcher also binds inproc://evograsp in this context: `evograsp train` puts a Worker there.
+  // When set, the dispatcher also binds inproc://evograsp in this context: `evograsp train` puts a Worker
+  // there.
   zmq::context_t* context = nullptr;
 };
 
@@ -31,8 +32,8 @@ struct GenerationReport {
   std::uint32_t generation = 0;
   double best = 0, mean = 0;
   std::uint32_t species = 0;
-  std::uint64_t trials = 0;       // so far
-  double seconds = 0;             // wall time of this run so far, resumed parts included
+  std::uint64_t trials = 0;  // so far
+  double seconds = 0;        // wall time of this run so far, resumed parts included
 };
 
 enum class RunState { kRunning, kPaused, kFinished, kStopped, kFailed };

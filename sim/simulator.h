@@ -1,7 +1,7 @@
 // The grasp simulator's only door: the three commands of SPEC 3.
 //
-// Simulator is immutable and thread-safe: one a process serves every slot. What a slot needs to scribble on is
-// in its Workspace. A trial is a pure function of (experiment, pose, trial key): no state survives it.
+// Simulator is immutable and thread-safe: one a process serves every slot. What a slot needs to scribble on
+// is in its Workspace. A trial is a pure function of (experiment, pose, trial key): no state survives it.
 #pragma once
 
 #include <cstdint>
@@ -23,14 +23,14 @@ inline constexpr int kSemanticVersion = 1;
 // Where every object of the scene stands (cmd_shuffle's answer).
 struct Placements {
   std::uint64_t seed = 0;
-  std::vector<Pose> pose;            // X_WB of each object of the experiment
+  std::vector<Pose> pose;             // X_WB of each object of the experiment
   std::vector<std::uint8_t> resting;  // index of the resting pose
   std::vector<std::uint8_t> present;  // 0: not in this scene
 };
 
 // What the network sees (cmd_get_info's answer).
 struct Info {
-  std::vector<float> depth;  // rows x columns, row by row from the top left, [0, 1]; 1 = no return
+  std::vector<float> depth;         // rows x columns, row by row from the top left, [0, 1]; 1 = no return
   double click_a = 0, click_b = 0;  // click in [0, 1] of the image's width and height
   double box_w = 0, box_h = 0;      // size of the target's image bounding box, in [0, 1] of the image
   Vec3 point = Vec3::Zero();        // surface point under the click, world, m
@@ -43,9 +43,9 @@ struct Contact {
   Vec3 point;   // on the target's surface, world, m
   Vec3 normal;  // unit, into the target, world
   double mu;
-  int link;     // hand link
-  int part;     // convex part of the target
-  double gap;   // m
+  int link;    // hand link
+  int part;    // convex part of the target
+  double gap;  // m
 };
 
 struct Measurement {
@@ -81,19 +81,20 @@ class Simulator {
   // scene.placement_tries when the scene is too crowded.
   virtual Result<Placements> shuffle(std::uint64_t seed) const = 0;
 
-  // cmd_get_info. The click is a uniformly random visible pixel of the target, drawn by (seed, target, click).
-  // An error when no pixel of the target is visible.
-  virtual Result<Info> get_info(const Placements& placements, int target, int click, bool bounding_box) const = 0;
+  // cmd_get_info. The click is a uniformly random visible pixel of the target, drawn by (seed, target,
+  // click). An error when no pixel of the target is visible.
+  virtual Result<Info> get_info(const Placements& placements, int target, int click,
+                                bool bounding_box) const = 0;
 
   // cmd_get_quality: one grasp attempt. `tool` is the commanded pose X_WT of the tool frame: origin at the
   // hand's tool point, axes of the palm frame. Never fails: every pose has a defined outcome.
   // `details`, when given, receives the whole attempt (allocates).
-  virtual Measurement get_quality(const Placements& placements, int target, const Pose& tool, Workspace& workspace,
-                                  GraspReport* details = nullptr) const = 0;
+  virtual Measurement get_quality(const Placements& placements, int target, const Pose& tool,
+                                  Workspace& workspace, GraspReport* details = nullptr) const = 0;
 
   // The network's 7 outputs (each in [-1, 1]: x, y, z, axis, angle) as a tool pose: position in the workspace
-  // about info.anchor (SPEC 5), rotation applied to the home orientation. Non-finite outputs give a non-finite
-  // pose, which get_quality answers with NOT_A_NUMBER.
+  // about info.anchor (SPEC 5), rotation applied to the home orientation. Non-finite outputs give a
+  // non-finite pose, which get_quality answers with NOT_A_NUMBER.
   virtual Pose decode(std::span<const float> outputs, const Info& info, bool bounding_box) const = 0;
 
   virtual int object_count() const = 0;

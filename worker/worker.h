@@ -13,9 +13,9 @@ class context_t;
 namespace evograsp::worker {
 
 struct WorkerOptions {
-  std::string connect = "tcp://127.0.0.1:5555";   // or inproc://evograsp with a shared context
-  int slots = 0;                                  // 0: one a core
-  std::string identity;                           // default: host, pid and a random part
+  std::string connect = "tcp://127.0.0.1:5555";  // or inproc://evograsp with a shared context
+  int slots = 0;                                 // 0: one a core
+  std::string identity;                          // default: host, pid and a random part
   zmq::context_t* context = nullptr;
 };
 

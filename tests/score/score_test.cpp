@@ -1,0 +1,141 @@
+// Algorithm 1 of the thesis (4.2.2.1) against values worked out by hand.
+#include "score/score.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace evograsp::score {
+namespace {
+
+proto::FitnessConfig config(const char* terms, proto::FitnessPreset preset) {
+  proto::FitnessConfig c;
+  c.set_terms(terms);
+  c.set_preset(preset);
+  return c;
+}
+
+proto::Measurement grasp(double quality) {
+  proto::Measurement m;
+  m.set_outcome(proto::GRASPED);
+  m.set_quality(quality);
+  m.set_contacts(5);
+  m.mutable_p()->set_x(0.1);
+  m.mutable_s()->set_x(0.1);
+  m.mutable_o()->set_x(0.13);
+  m.set_nearest_object(0.03);
+  m.set_target_distance(0.03);
+  m.set_theta(90);
+  return m;
+}
+
+TEST(Score, APerfectTrialIsOneInTheNormalisedPreset) {
+  const auto scorer = Scorer::create(config("1234", proto::NORMALISED));
+  ASSERT_TRUE(scorer);
+  const Terms t = scorer->trial(grasp(0.5));
+  EXPECT_DOUBLE_EQ(t.f1, 0.6);
+  EXPECT_DOUBLE_EQ(t.f2, 0.1);
+  EXPECT_DOUBLE_EQ(t.f3, 0.1);
+  EXPECT_DOUBLE_EQ(t.f4, 0.2);
+  EXPECT_DOUBLE_EQ(t.total, 1.0);
+}
+
+TEST(Score, QualityCountsInProportionUpToTheReference) {
+  const auto scorer = Scorer::create(config("1", proto::NORMALISED));
+  ASSERT_TRUE(scorer);
+  EXPECT_DOUBLE_EQ(scorer->trial(grasp(0.1)).total, 0.3);
+  EXPECT_DOUBLE_EQ(scorer->trial(grasp(0.2)).total, 0.6);
+  EXPECT_DOUBLE_EQ(scorer->trial(grasp(0.4)).total, 0.6);
+}
+
+TEST(Score, WithoutClosureApproachIsPaidByDistance) {
+  const auto scorer = Scorer::create(config("12", proto::RAW));
+  ASSERT_TRUE(scorer);
+  const Terms t = scorer->trial(grasp(0));
+  EXPECT_EQ(t.f1, 0);
+  EXPECT_DOUBLE_EQ(t.f2, 100 / (0.03 + 0.1));
+}
+
+TEST(Score, AnotherObjectNearerThanTheTargetForfeitsQuality) {
+  const auto scorer = Scorer::create(config("12", proto::RAW));
+  ASSERT_TRUE(scorer);
+  proto::Measurement m = grasp(0.3);
+  EXPECT_DOUBLE_EQ(scorer->trial(m).total, 10000 * 0.3 + 1000);
+  m.set_nearest_object(0.01);
+  EXPECT_EQ(scorer->trial(m).f1, 0);
+}
+
+TEST(Score, AngleTermNeedsTheWindowAndDependsOnDistance) {
+  const auto scorer = Scorer::create(config("14", proto::NORMALISED));
+  ASSERT_TRUE(scorer);
+  proto::Measurement m = grasp(0.1);
+  m.set_theta(84.9);
+  EXPECT_EQ(scorer->trial(m).f4, 0);
+  m.set_theta(95);
+  EXPECT_DOUBLE_EQ(scorer->trial(m).f4, 0.2);
+  m.set_target_distance(0.08);
+  m.set_nearest_object(0.08);
+  EXPECT_DOUBLE_EQ(scorer->trial(m).f4, 0.1);
+}
+
+TEST(Score, HoveringWithoutContactEarnsNothingUnlessTheLiteralReadingIsAsked) {
+  proto::Measurement m = grasp(0);
+  m.set_outcome(proto::MISSED);
+  m.set_contacts(0);
+  proto::FitnessConfig c = config("1234", proto::NORMALISED);
+  EXPECT_EQ(Scorer::create(c)->trial(m).f3, 0);
+  EXPECT_EQ(Scorer::create(c)->trial(m).f4, 0);
+  c.set_contact_gates_f3_f4(false);
+  EXPECT_DOUBLE_EQ(Scorer::create(c)->trial(m).f3, 0.1);
+  EXPECT_DOUBLE_EQ(Scorer::create(c)->trial(m).f4, 0.2);
+}
+
+TEST(Score, EveryCombinationSumsItsOwnTerms) {
+  const Terms all = Scorer::create(config("1234", proto::NORMALISED))->trial(grasp(0.1));
+  const struct {
+    const char* terms;
+    double want;
+  } cases[] = {{"1", all.f1},
+               {"12", all.f1 + all.f2},
+               {"13", all.f1 + all.f3},
+               {"14", all.f1 + all.f4},
+               {"123", all.f1 + all.f2 + all.f3},
+               {"124", all.f1 + all.f2 + all.f4},
+               {"134", all.f1 + all.f3 + all.f4}};
+  for (const auto& c : cases)
+    EXPECT_DOUBLE_EQ(Scorer::create(config(c.terms, proto::NORMALISED))->trial(grasp(0.1)).total, c.want)
+        << c.terms;
+}
+
+TEST(Score, UnknownCombinationIsRefused) {
+  EXPECT_FALSE(Scorer::create(config("23", proto::NORMALISED)));
+  EXPECT_FALSE(Scorer::create(config("", proto::NORMALISED)));
+}
+
+TEST(Score, NotANumberIsAFailedTrialAndNeverABest) {
+  const auto scorer = Scorer::create(config("1234", proto::NORMALISED));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  proto::Measurement m = grasp(nan);
+  EXPECT_EQ(scorer->trial(m).total, 0);
+  m = grasp(0.3);
+  m.mutable_p()->set_y(std::numeric_limits<double>::infinity());
+  EXPECT_EQ(scorer->trial(m).total, 0);
+  m = grasp(0.3);
+  m.set_outcome(proto::NOT_A_NUMBER);
+  EXPECT_EQ(scorer->trial(m).total, 0);
+}
+
+TEST(Score, EvaluationIsTheMean) {
+  const auto scorer = Scorer::create(config("1", proto::NORMALISED));
+  const proto::Measurement trials[] = {grasp(0.2), grasp(0)};
+  EXPECT_DOUBLE_EQ(scorer->evaluation(trials), 0.3);
+  EXPECT_EQ(scorer->evaluation({}), 0);
+}
+
+TEST(Score, SuccessIsForceClosure) {
+  EXPECT_TRUE(success(grasp(0.01)));
+  EXPECT_FALSE(success(grasp(0)));
+}
+
+}  // namespace
+}  // namespace evograsp::score
