@@ -2,6 +2,7 @@
 # Installs what evograsp needs on Debian 12. Idempotent: does nothing when all is there.
 #   deploy/setup.sh          to build, test and run
 #   deploy/setup.sh --ci     also what the checks need (second compiler, linters, emulator)
+#   deploy/setup.sh --runtime  only the shared libraries of finished binaries (containers)
 #   deploy/setup.sh --list   prints the packages, one a line, and installs nothing
 set -euo pipefail
 
@@ -14,14 +15,21 @@ build=(
   libgtest-dev libgmock-dev libbenchmark-dev curl procps
 )
 ci=(clang clang-format clang-tidy libclang-rt-14-dev qemu-user shellcheck docker-compose)
+# Shared libraries of the binaries: what a machine needs that only runs them.
+runtime=(
+  libprotobuf32 libzmq5 libbullet3.24 libbullet-extras3.24 libembree3-3 libqhull-r8.0 libassimp5 liburdfdom-model3.0
+  libspdlog1.10 libsqlite3-0 libzstd1 libsodium23 libcpp-httplib0.11 libprometheus-cpp-core1.0 libpng16-16 libcairo2
+  fonts-dejavu-core
+)
 
 wanted=("${build[@]}")
 list_only=false
 for arg in "$@"; do
   case "$arg" in
     --ci) wanted+=("${ci[@]}") ;;
+    --runtime) wanted=("${runtime[@]}") ;;
     --list) list_only=true ;;
-    *) echo "setup.sh: unknown option '$arg' (--ci, --list)" >&2; exit 2 ;;
+    *) echo "setup.sh: unknown option '$arg' (--ci, --runtime, --list)" >&2; exit 2 ;;
   esac
 done
 if $list_only; then printf '%s\n' "${wanted[@]}"; exit 0; fi
