@@ -11,8 +11,12 @@ namespace {
 Vec3 cross(const Vec3& a, const Vec3& b) {
   return {a.y() * b.z() - a.z() * b.y(), a.z() * b.x() - a.x() * b.z(), a.x() * b.y() - a.y() * b.x()};
 }
-double dot(const Vec3& a, const Vec3& b) { return a.x() * b.x() + a.y() * b.y() + a.z() * b.z(); }
-Vec3 unit(const Vec3& v) { return v / std::sqrt(dot(v, v)); }
+double dot(const Vec3& a, const Vec3& b) {
+  return a.x() * b.x() + a.y() * b.y() + a.z() * b.z();
+}
+Vec3 unit(const Vec3& v) {
+  return v / std::sqrt(dot(v, v));
+}
 
 // Image up is world z projected; looking straight up or down, it is world x.
 Pose looking(const Vec3& eye, const Vec3& target) {

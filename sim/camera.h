@@ -1,7 +1,7 @@
 // A pinhole camera that looks at the world origin.
 //
-// Camera frame C: x right, y down, z along the optical axis. Pixel coordinates (u, v): u to the right, v down,
-// the centre of the top left pixel is (0, 0), so that an image of w x h pixels spans [-0.5, w - 0.5] x
+// Camera frame C: x right, y down, z along the optical axis. Pixel coordinates (u, v): u to the right, v
+// down, the centre of the top left pixel is (0, 0), so that an image of w x h pixels spans [-0.5, w - 0.5] x
 // [-0.5, h - 0.5]. The world origin lies on the optical axis: it lands on (cx, cy).
 #pragma once
 
@@ -27,10 +27,11 @@ struct Ray {
 // Immutable and thread-safe; a value.
 class Camera {
  public:
-  // Errors: an eye at the origin, not finite or straight above with no image-up direction is resolved (up = +x of
-  // the world when looking along z); near >= far and sizes out of range are refused.
+  // Errors: an eye at the origin, not finite or straight above with no image-up direction is resolved (up =
+  // +x of the world when looking along z); near >= far and sizes out of range are refused.
   static Result<Camera> create(const proto::CameraConfig& config);
-  // The same intrinsics rules for a picture from any viewpoint: looks from eye at target, `fov_height_rad` tall.
+  // The same intrinsics rules for a picture from any viewpoint: looks from eye at target, `fov_height_rad`
+  // tall.
   static Camera look_at(const Vec3& eye, const Vec3& target, int width, int height, double fov_height_rad);
 
   int width() const { return width_; }

@@ -31,11 +31,12 @@ Mat3 home_rotation(const proto::GraspConfig& config, const proto::HandBundle& ha
   return frame_of(Vec3(0, 0, -1), Vec3(-1, 0, 0)) * frame_of(approach, fingers).transpose();
 }
 
-Pose decode_pose(const proto::GraspConfig& config, const Mat3& home, std::span<const float> outputs, const Info& info,
-                 bool bounding_box) {
+Pose decode_pose(const proto::GraspConfig& config, const Mat3& home, std::span<const float> outputs,
+                 const Info& info, bool bounding_box) {
   const Vec3 half =
-      bounding_box ? or_default(config.has_workspace_box_half(), config.workspace_box_half(), Vec3(0.15, 0.15, 0.15))
-                   : or_default(config.has_workspace_half(), config.workspace_half(), Vec3(0.3, 0.3, 0.125));
+      bounding_box
+          ? or_default(config.has_workspace_box_half(), config.workspace_box_half(), Vec3(0.15, 0.15, 0.15))
+          : or_default(config.has_workspace_half(), config.workspace_half(), Vec3(0.3, 0.3, 0.125));
   double value[kOutputs];
   bool finite = true;
   for (int i = 0; i < kOutputs; ++i) {

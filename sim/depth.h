@@ -24,20 +24,20 @@ class DepthCamera {
   const Camera& camera() const { return camera_; }
   const RayCaster& caster() const { return caster_; }
 
-  // cmd_get_info. depth: columns x rows rays through the centres of the cells that divide the whole image, or with
-  // the box the window of box_width x box_height pixels about the projection of the target's centre of mass (which
-  // may reach past the image), row by row from the top left; each the depth along the optical axis, [near, far]
-  // mapped to [0, 1], 1 without return. click: see draw_click(). box_w, box_h: the target's projected size over the
-  // image's. anchor: with the box the first surface point on the ray through the window's centre (at `far` without
-  // return), else GraspConfig.workspace_centre.
-  // Errors: no such target or not in this scene, no pixel of it visible.
+  // cmd_get_info. depth: columns x rows rays through the centres of the cells that divide the whole image, or
+  // with the box the window of box_width x box_height pixels about the projection of the target's centre of
+  // mass (which may reach past the image), row by row from the top left; each the depth along the optical
+  // axis, [near, far] mapped to [0, 1], 1 without return. click: see draw_click(). box_w, box_h: the target's
+  // projected size over the image's. anchor: with the box the first surface point on the ray through the
+  // window's centre (at `far` without return), else GraspConfig.workspace_centre. Errors: no such target or
+  // not in this scene, no pixel of it visible.
   Result<Info> look(const Placements& placements, int target, int click, bool bounding_box) const;
 
  private:
   Result<Pixel> draw_click(const PosedScene& scene, const ImageBox& box, std::uint64_t seed, int target,
                            int click) const;
-  void sample(const PosedScene& scene, const Pixel& centre, bool bounding_box, const Placements& placements, int target,
-              int click, std::vector<float>* depth) const;
+  void sample(const PosedScene& scene, const Pixel& centre, bool bounding_box, const Placements& placements,
+              int target, int click, std::vector<float>* depth) const;
 
   proto::CameraConfig config_;
   Vec3 workspace_centre_ = Vec3::Zero();

@@ -1,7 +1,8 @@
 // What a ray meets first: bodies of convex parts or triangles on a table.
 //
-// Every intersection is computed in double precision by our own code with a fixed order of operations, so that a
-// depth image has the same bits on every machine. Embree serves meshes as a culling structure only (triangle_mesh.h).
+// Every intersection is computed in double precision by our own code with a fixed order of operations, so
+// that a depth image has the same bits on every machine. Embree serves meshes as a culling structure only
+// (triangle_mesh.h).
 #pragma once
 
 #include <memory>
@@ -28,8 +29,8 @@ class RayBody {
   const BoundingBall& ball() const { return ball_; }
   const std::vector<Solid>& parts() const { return parts_; }
   const std::shared_ptr<const TriangleMesh>& mesh() const { return mesh_; }
-  // Index of the part or triangle that the ray (body frame) meets first in (t_min, *t), or -1. Equal depths: the
-  // lower index.
+  // Index of the part or triangle that the ray (body frame) meets first in (t_min, *t), or -1. Equal depths:
+  // the lower index.
   int enter(const Ray& ray_B, double t_min, double* t) const;
   // Unit normal against the ray (body frame).
   Vec3 normal(const Ray& ray_B, double t, int element, double bevel_m = 0) const;

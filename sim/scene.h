@@ -20,14 +20,15 @@ class Scene {
   static Result<Scene> create(const proto::SceneConfig& config, const Camera& camera,
                               const std::vector<proto::ObjectBundle>& objects);
 
-  // cmd_shuffle: for each object in the scene (common/scene_subset.h) a resting pose, a yaw in [-pi, pi) and a
-  // position uniform in the placement area, such that
-  //   - the footprint circles of any two objects are `clearance` apart (footprint_radius holds an object in every
+  // cmd_shuffle: for each object in the scene (common/scene_subset.h) a resting pose, a yaw in [-pi, pi) and
+  // a position uniform in the placement area, such that
+  //   - the footprint circles of any two objects are `clearance` apart (footprint_radius holds an object in
+  //   every
   //     resting pose, so circles apart are bodies apart),
   //   - the whole projection of every object lies inside the camera's image.
   // Objects are placed in scene order, each by rejection; a layout that leaves no room for the next object is
-  // begun again. Absent objects keep the identity pose. After placement_tries draws in all: an error that names
-  // the object which found no room and what to change.
+  // begun again. Absent objects keep the identity pose. After placement_tries draws in all: an error that
+  // names the object which found no room and what to change.
   Result<Placements> shuffle(std::uint64_t seed) const;
 
  private:

@@ -18,8 +18,8 @@ struct BoundingBall {
   bool touches(const Ray& ray) const;
 };
 
-// Sizes are outer sizes; the rounding of a box's or rod's edges (half a millimetre) is left to the collision code,
-// that of a hull moves its faces outwards. Immutable and thread-safe; a value.
+// Sizes are outer sizes; the rounding of a box's or rod's edges (half a millimetre) is left to the collision
+// code, that of a hull moves its faces outwards. Immutable and thread-safe; a value.
 class Solid {
  public:
   enum class Kind { kBox, kBall, kCylinder, kCapsule, kHull };
@@ -28,14 +28,14 @@ class Solid {
   static Result<Solid> create(const proto::ConvexPart& part);
 
   Kind kind() const { return kind_; }
-  const Pose& pose() const { return X_BP_; }            // part in the body frame
-  const BoundingBall& ball() const { return ball_; }    // body frame
+  const Pose& pose() const { return X_BP_; }          // part in the body frame
+  const BoundingBall& ball() const { return ball_; }  // body frame
   const Vec3& size() const { return size_; }  // box: half sizes; ball, rods: (radius, radius, half length)
   const std::vector<Vec3>& vertices() const { return vertices_; }  // hull: core vertices, part frame
   double rounding() const { return rounding_; }
 
-  // The first t in (t_min, t_max) at which the ray (body frame) enters the part. Rays that start inside go on to
-  // what lies beyond: they do not hit this part.
+  // The first t in (t_min, t_max) at which the ray (body frame) enters the part. Rays that start inside go on
+  // to what lies beyond: they do not hit this part.
   bool enter(const Ray& ray_B, double t_min, double t_max, double* t) const;
   // Outward unit normal at a point on the surface (body frame). Edges of boxes and rods are shaded round over
   // `bevel_m` when it is positive.
@@ -48,7 +48,7 @@ class Solid {
     Vec3 normal;
     double offset;  // normal . p <= offset inside
   };
-  friend Status build_faces(Solid& solid);
+  friend Status build_faces(Solid& solid, const proto::ConvexPart::Hull& hull);
   bool enter_box(const Ray& ray, double* t) const;
   bool enter_rod(const Ray& ray, double* t) const;
   bool enter_hull(const Ray& ray, double* t) const;

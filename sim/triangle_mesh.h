@@ -1,9 +1,9 @@
 // A triangle mesh that rays can meet, with the same bits everywhere.
 //
-// Embree's own triangle intersection leans on the processor's reciprocal approximations, whose bits differ between
-// vendors. So its triangles are user geometry: Embree walks its tree over bounds widened by kCullingMargin and
-// only decides which triangles are worth a look; our exact test decides what is hit. The nearest hit, the lower
-// index on equal depth, does not depend on the order in which candidates come.
+// Embree's own triangle intersection leans on the processor's reciprocal approximations, whose bits differ
+// between vendors. So its triangles are user geometry: Embree walks its tree over bounds widened by
+// kCullingMargin and only decides which triangles are worth a look; our exact test decides what is hit. The
+// nearest hit, the lower index on equal depth, does not depend on the order in which candidates come.
 #pragma once
 
 #include <array>
@@ -42,6 +42,7 @@ class TriangleMesh {
 
  private:
   TriangleMesh() = default;
+  Status build_culling();
   bool meets(std::size_t triangle, const Ray& ray, double t_min, double* t) const;
 
   struct Culling;  // the Embree scene

@@ -1,0 +1,159 @@
+#include "sim/depth.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/kinect_noise.h"
+
+namespace evograsp::sim {
+namespace {
+
+// Draws before the visible pixels are counted: a target of which one pixel in a hundred shows is found by one
+// of these with probability 0.92.
+constexpr int kClickTries = 256;
+
+// The integer pixels of a box that lie in the image.
+struct PixelRange {
+  int left, top, right, bottom;  // inclusive
+  bool empty() const { return left > right || top > bottom; }
+};
+PixelRange pixels_of(const ImageBox& box, const Camera& camera) {
+  const auto clip = [](double x, int size) {
+    return static_cast<int>(std::clamp(x, -1.0, static_cast<double>(size)));
+  };
+  return {std::max(0, clip(std::ceil(box.left), camera.width())),
+          std::max(0, clip(std::ceil(box.top), camera.height())),
+          std::min(camera.width() - 1, clip(std::floor(box.right), camera.width())),
+          std::min(camera.height() - 1, clip(std::floor(box.bottom), camera.height()))};
+}
+
+}  // namespace
+
+Result<DepthCamera> DepthCamera::create(const proto::Experiment& experiment,
+                                        const std::vector<proto::ObjectBundle>& objects) {
+  DepthCamera out;
+  out.config_ = experiment.camera();
+  Result<Camera> camera = Camera::create(out.config_);
+  if (!camera) return tl::unexpected(camera.error());
+  out.camera_ = *camera;
+  const proto::GraspConfig& grasp = experiment.grasp();
+  out.workspace_centre_ =
+      grasp.has_workspace_centre() ? from_proto(grasp.workspace_centre()) : Vec3(0, 0, 0.125);
+  auto bodies = std::make_shared<std::vector<RayBody>>();
+  for (const proto::ObjectBundle& object : objects) {
+    Result<RayBody> body = RayBody::create(object);
+    if (!body) return tl::unexpected(body.error());
+    bodies->push_back(std::move(*body));
+    out.centre_of_mass_.push_back(from_proto(object.centre_of_mass()));
+    std::vector<Solid> parts;
+    for (const proto::ConvexPart& part : object.part()) {
+      Result<Solid> solid = Solid::create(part);
+      if (!solid) return fail(solid.error().code, object.name() + ": " + solid.error().message);
+      parts.push_back(std::move(*solid));
+    }
+    out.bounds_.emplace_back(std::move(parts));
+  }
+  out.caster_ = RayCaster(std::move(bodies), experiment.scene().table_half_size());
+  return out;
+}
+
+Result<Pixel> DepthCamera::draw_click(const PosedScene& scene, const ImageBox& box, std::uint64_t seed,
+                                      int target, int click) const {
+  const PixelRange range = pixels_of(box, camera_);
+  const auto visible = [&](int u, int v) {
+    const Hit hit =
+        scene.cast(camera_.ray({static_cast<double>(u), static_cast<double>(v)}), 0, camera_.far());
+    return hit.body == target && hit.t >= camera_.near();
+  };
+  if (!range.empty()) {
+    Random random(seed, Purpose::kClick, static_cast<std::uint64_t>(target),
+                  static_cast<std::uint64_t>(click));
+    for (int i = 0; i < kClickTries; ++i) {
+      const int u = range.left +
+                    static_cast<int>(random.below(static_cast<std::uint32_t>(range.right - range.left + 1)));
+      const int v = range.top +
+                    static_cast<int>(random.below(static_cast<std::uint32_t>(range.bottom - range.top + 1)));
+      if (visible(u, v)) return Pixel{static_cast<double>(u), static_cast<double>(v)};
+    }
+    // Hardly visible: list what there is and draw from that.
+    std::vector<Pixel> seen;
+    for (int v = range.top; v <= range.bottom; ++v)
+      for (int u = range.left; u <= range.right; ++u)
+        if (visible(u, v)) seen.push_back({static_cast<double>(u), static_cast<double>(v)});
+    if (!seen.empty()) return seen[random.below(static_cast<std::uint32_t>(seen.size()))];
+  }
+  return fail(ErrorCode::kInvalid,
+              "camera: no pixel of target " + std::to_string(target) +
+                  " is visible: it is hidden by other objects or out of the camera's range");
+}
+
+void DepthCamera::sample(const PosedScene& scene, const Pixel& centre, bool bounding_box,
+                         const Placements& placements, int target, int click,
+                         std::vector<float>* depth) const {
+  const int columns = static_cast<int>(config_.columns()), rows = static_cast<int>(config_.rows());
+  const double width = bounding_box ? config_.box_width() : camera_.width();
+  const double height = bounding_box ? config_.box_height() : camera_.height();
+  const double left = bounding_box ? centre.u - width / 2 : -0.5;
+  const double top = bounding_box ? centre.v - height / 2 : -0.5;
+  Random random(placements.seed, Purpose::kSensorNoise, static_cast<std::uint64_t>(target),
+                static_cast<std::uint64_t>(click));
+  depth->resize(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
+  std::size_t i = 0;
+  for (int r = 0; r < rows; ++r)
+    for (int c = 0; c < columns; ++c) {
+      const Ray ray = camera_.ray({left + (c + 0.5) * width / columns, top + (r + 0.5) * height / rows});
+      const Hit hit = scene.cast(ray, 0, camera_.far());
+      double z = hit.body == kNothing ? camera_.far() : hit.t;
+      if (config_.has_noise())
+        z = hit.body == kNothing
+                ? noisy_nothing(random, camera_.far())
+                : noisy_depth(config_.noise(), camera_, ray, scene.normal(ray, hit), z, random);
+      (*depth)[i++] = camera_.normalise(z);
+    }
+}
+
+Result<Info> DepthCamera::look(const Placements& placements, int target, int click, bool bounding_box) const {
+  const std::size_t index = static_cast<std::size_t>(target);
+  if (target < 0 || index >= bounds_.size())
+    return fail(ErrorCode::kInvalid,
+                "camera: there is no object " + std::to_string(target) + " in this experiment");
+  if (placements.pose.size() != bounds_.size() || placements.present.size() != bounds_.size())
+    return fail(ErrorCode::kInvalid, "camera: the placements belong to another experiment");
+  if (!placements.present[index])
+    return fail(ErrorCode::kInvalid, "camera: object " + std::to_string(target) + " is not in this scene");
+  const Pose& X_WB = placements.pose[index];
+  const std::optional<Pixel> centre = camera_.project(X_WB * centre_of_mass_[index]);
+  const std::optional<ImageBox> box = bounds_[index].project(camera_, X_WB);
+  if (!centre || !box)
+    return fail(ErrorCode::kInvalid,
+                "camera: target " + std::to_string(target) + " reaches behind the camera");
+
+  const PosedScene scene(caster_, placements.pose, placements.present);
+  Info info;
+  const Result<Pixel> pixel = draw_click(scene, *box, placements.seed, target, click);
+  if (!pixel) return tl::unexpected(pixel.error());
+  info.click_a = (pixel->u + 0.5) / camera_.width();
+  info.click_b = (pixel->v + 0.5) / camera_.height();
+  info.box_w = std::min(1.0, box->width() / camera_.width());
+  info.box_h = std::min(1.0, box->height() / camera_.height());
+  const Ray click_ray = camera_.ray(*pixel);
+  info.point = click_ray.at(scene.cast(click_ray, 0, camera_.far()).t);
+  info.anchor = workspace_centre_;
+  if (bounding_box) {
+    const Ray ray = camera_.ray(*centre);
+    info.anchor = ray.at(scene.cast(ray, 0, camera_.far()).t);
+  }
+  sample(scene, *centre, bounding_box, placements, target, click, &info.depth);
+  return info;
+}
+
+void Info::write_inputs(std::span<float> inputs) const {
+  std::copy(depth.begin(), depth.end(), inputs.begin());
+  const std::size_t n = depth.size();
+  inputs[n] = static_cast<float>(click_a);
+  inputs[n + 1] = static_cast<float>(click_b);
+  inputs[n + 2] = static_cast<float>(box_w);
+  inputs[n + 3] = static_cast<float>(box_h);
+}
+
+}  // namespace evograsp::sim
