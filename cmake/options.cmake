@@ -28,6 +28,8 @@ target_compile_options(evograsp_flags INTERFACE
   -ffp-contract=off -fno-fast-math
   -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual -Wcast-align -Wunused -Wpedantic
   $<$<CXX_COMPILER_ID:Clang>:-Wthread-safety>
+  # GCC 12 warns falsely of overlap in "text" + std::string (GCC bug 105651).
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
   $<$<BOOL:${EVOGRASP_WERROR}>:-Werror>)
 if(CMAKE_BUILD_TYPE STREQUAL "Release")
   target_compile_definitions(evograsp_flags INTERFACE EIGEN_NO_DEBUG)

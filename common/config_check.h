@@ -1,0 +1,16 @@
+// What single ranges cannot say about a config: values that must fit each other.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "proto/config.pb.h"
+
+namespace evograsp {
+
+// Calls complain(dotted path of the value to change, message) for each contradiction. The config has its
+// defaults written out.
+void check_config(const proto::Config& config,
+                  const std::function<void(const std::string& path, const std::string& message)>& complain);
+
+}  // namespace evograsp
