@@ -87,29 +87,39 @@ Result<Pixel> DepthCamera::draw_click(const PosedScene& scene, const ImageBox& b
                   " is visible: it is hidden by other objects or out of the camera's range");
 }
 
-void DepthCamera::sample(const PosedScene& scene, const Pixel& centre, bool bounding_box,
-                         const Placements& placements, int target, int click,
+Ray DepthCamera::cell_ray(const Pixel& centre, bool bounding_box, int column, int row) const {
+  const double columns = config_.columns(), rows = config_.rows();
+  if (!bounding_box)
+    return camera_.ray(
+        {(column + 0.5) * camera_.width() / columns - 0.5, (row + 0.5) * camera_.height() / rows - 0.5});
+  return camera_.ray({centre.u + ((column + 0.5) / columns - 0.5) * config_.box_width(),
+                      centre.v + ((row + 0.5) / rows - 0.5) * config_.box_height()});
+}
+
+void DepthCamera::sample(const PosedScene& scene, const Pixel& centre, bool bounding_box, Random* noise,
                          std::vector<float>* depth) const {
   const int columns = static_cast<int>(config_.columns()), rows = static_cast<int>(config_.rows());
-  const double width = bounding_box ? config_.box_width() : camera_.width();
-  const double height = bounding_box ? config_.box_height() : camera_.height();
-  const double left = bounding_box ? centre.u - width / 2 : -0.5;
-  const double top = bounding_box ? centre.v - height / 2 : -0.5;
-  Random random(placements.seed, Purpose::kSensorNoise, static_cast<std::uint64_t>(target),
-                static_cast<std::uint64_t>(click));
   depth->resize(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
   std::size_t i = 0;
-  for (int r = 0; r < rows; ++r)
-    for (int c = 0; c < columns; ++c) {
-      const Ray ray = camera_.ray({left + (c + 0.5) * width / columns, top + (r + 0.5) * height / rows});
+  for (int row = 0; row < rows; ++row)
+    for (int column = 0; column < columns; ++column) {
+      const Ray ray = cell_ray(centre, bounding_box, column, row);
       const Hit hit = scene.cast(ray, 0, camera_.far());
-      double z = hit.body == kNothing ? camera_.far() : hit.t;
-      if (config_.has_noise())
+      double z = hit.t;
+      if (noise) {
         z = hit.body == kNothing
-                ? noisy_nothing(random, camera_.far())
-                : noisy_depth(config_.noise(), camera_, ray, scene.normal(ray, hit), z, random);
+                ? noisy_nothing(*noise, camera_.far())
+                : noisy_depth(config_.noise(), camera_, ray, scene.normal(ray, hit), z, *noise);
+      }
       (*depth)[i++] = camera_.normalise(z);
     }
+}
+
+void DepthCamera::render(const Placements& placements, int target, bool bounding_box,
+                         std::vector<float>* depth) const {
+  const std::size_t index = static_cast<std::size_t>(target);
+  const Pixel centre = camera_.project(placements.pose[index] * centre_of_mass_[index]).value_or(Pixel());
+  sample(PosedScene(caster_, placements.pose, placements.present), centre, bounding_box, nullptr, depth);
 }
 
 Result<Info> DepthCamera::look(const Placements& placements, int target, int click, bool bounding_box) const {
@@ -143,7 +153,9 @@ Result<Info> DepthCamera::look(const Placements& placements, int target, int cli
     const Ray ray = camera_.ray(*centre);
     info.anchor = ray.at(scene.cast(ray, 0, camera_.far()).t);
   }
-  sample(scene, *centre, bounding_box, placements, target, click, &info.depth);
+  Random noise(placements.seed, Purpose::kSensorNoise, static_cast<std::uint64_t>(target),
+               static_cast<std::uint64_t>(click));
+  sample(scene, *centre, bounding_box, config_.has_noise() ? &noise : nullptr, &info.depth);
   return info;
 }
 

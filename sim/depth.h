@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "common/random.h"
 #include "common/result.h"
 #include "proto/bundle.pb.h"
 #include "proto/wire.pb.h"
@@ -32,12 +33,15 @@ class DepthCamera {
   // window's centre (at `far` without return), else GraspConfig.workspace_centre. Errors: no such target or
   // not in this scene, no pixel of it visible.
   Result<Info> look(const Placements& placements, int target, int click, bool bounding_box) const;
+  // The depth samples alone, without noise; `target` must be in the scene and before the camera.
+  void render(const Placements& placements, int target, bool bounding_box, std::vector<float>* depth) const;
 
  private:
   Result<Pixel> draw_click(const PosedScene& scene, const ImageBox& box, std::uint64_t seed, int target,
                            int click) const;
-  void sample(const PosedScene& scene, const Pixel& centre, bool bounding_box, const Placements& placements,
-              int target, int click, std::vector<float>* depth) const;
+  Ray cell_ray(const Pixel& centre, bool bounding_box, int column, int row) const;
+  void sample(const PosedScene& scene, const Pixel& centre, bool bounding_box, Random* noise,
+              std::vector<float>* depth) const;
 
   proto::CameraConfig config_;
   Vec3 workspace_centre_ = Vec3::Zero();
