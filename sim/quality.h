@@ -44,6 +44,14 @@ class Epsilon {
   // the longest wrench (commonly 1e-15). Never NaN, never negative: a set with a NaN or infinity gives 0.
   double operator()(std::span<const Wrench> wrenches);
 
+  // After a call that gave more than 0: the unit direction along which the hull reaches only that far. To
+  // resist a disturbance opposite to it the grasp is at its weakest.
+  const Wrench& weakest() const;
+
+  // Did the last call give 0 because the set was too large to answer (over 262,144 facets made: thousands of
+  // wrenches in every direction)? Never seen with wrenches of contacts.
+  bool gave_up() const;
+
  private:
   struct Solver;
   std::unique_ptr<Solver> solver_;
