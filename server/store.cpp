@@ -1,0 +1,301 @@
+#include "server/store.h"
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <future>
+#include <mutex>
+#include <thread>
+#include <utility>
+#include <variant>
+
+#include "common/digest.h"
+#include "server/store_open.h"
+#include "server/store_tables.h"
+
+namespace evograsp::server {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::size_t kBatchRows = 4096;  // evaluations that are written without waiting longer
+constexpr std::uint64_t kMostQueuedBytes = 256ull << 20;  // beyond this, journal() waits for the disk
+constexpr std::size_t kRowOverhead = 64;                  // what a queued row weighs besides its blob
+
+// A change other than an evaluation. A durable one has a transaction of its own with full sync; the others
+// ride in the open batch.
+struct Change {
+  std::function<Status(StoreTables&)> write;
+  bool durable = false;
+  bool generation = false;  // counted and timed
+  Store::Callback done = {};
+};
+using Item = std::variant<Evaluation, Change>;
+
+// Everything the store's thread touches: one connection and its statements.
+class Writer {
+ public:
+  Writer(OpenRun run, StoreTables tables) : run_(std::move(run)), tables_(std::move(tables)) {}
+
+  Status put(const Evaluation& evaluation) {
+    if (Status s = begin(); !s) return s;
+    return tables_.put_evaluation(evaluation);
+  }
+
+  Status put(const Change& change) {
+    if (!change.durable) {
+      if (Status s = begin(); !s) return s;
+      return change.write(tables_);
+    }
+    if (Status s = end(); !s) return s;
+    if (Status s = run_.database->exec("PRAGMA synchronous = FULL"); !s) return s;
+    if (Status s = begin(); !s) return s;
+    if (Status s = change.write(tables_); !s) return s;
+    if (Status s = end(); !s) return s;
+    return run_.database->exec("PRAGMA synchronous = NORMAL");
+  }
+
+  Status begin() {
+    return run_.database->in_transaction() ? Status() : run_.database->exec("BEGIN IMMEDIATE");
+  }
+  Status end() {
+    if (!run_.database->in_transaction()) return {};
+    ++transactions_;
+    return run_.database->exec("COMMIT");
+  }
+  void roll_back() {
+    if (run_.database->in_transaction()) static_cast<void>(run_.database->exec("ROLLBACK"));
+  }
+  // The log back into the file, so that run.db alone can be copied. A reader in the way only leaves it
+  // longer.
+  void fold() {
+    static_cast<void>(run_.database->exec("PRAGMA synchronous = FULL; PRAGMA wal_checkpoint(TRUNCATE)"));
+  }
+
+  std::uint64_t transactions() const { return transactions_; }
+  std::uint64_t file_bytes() const {
+    std::error_code ignored;
+    const auto size = std::filesystem::file_size(run_.database->file(), ignored);
+    return ignored ? 0 : size;
+  }
+
+ private:
+  OpenRun run_;
+  StoreTables tables_;
+  std::uint64_t transactions_ = 0;
+};
+
+class StoreThread final : public Store {
+ public:
+  StoreThread(std::unique_ptr<Writer> writer, const proto::StoreConfig& config, std::uint64_t epoch)
+      : retention_(Retention::from(config)),
+        period_(std::chrono::duration_cast<Clock::duration>(
+            std::chrono::duration<double>(config.journal_seconds()))),
+        epoch_(epoch),
+        writer_(std::move(writer)),
+        thread_([this] { loop(); }) {}
+
+  ~StoreThread() override {
+    {
+      const std::lock_guard lock(mutex_);
+      closing_ = true;
+    }
+    wake_.notify_one();
+    thread_.join();
+  }
+
+  void journal(Evaluation evaluation) override {
+    const std::size_t weight = evaluation.measurements.size() + kRowOverhead;
+    std::unique_lock lock(mutex_);
+    space_.wait(lock, [this] { return queued_bytes_ < kMostQueuedBytes || !status_; });
+    if (!status_) return;
+    queue_.emplace_back(std::move(evaluation));
+    queued_bytes_ += weight;
+    // The first row starts the thread's clock; a full batch need not wait for it.
+    const bool notify = queue_.size() == 1 || queue_.size() == kBatchRows;
+    lock.unlock();
+    if (notify) wake_.notify_one();
+  }
+
+  void commit_generation(GenerationCommit commit, Callback done) override {
+    const std::size_t weight =
+        commit.population.size() + commit.best.network.size() + commit.best.genotype.size();
+    auto shared = std::make_shared<GenerationCommit>(std::move(commit));
+    Change change;
+    change.write = [this, shared](StoreTables& t) {
+      return t.put_generation(*shared, unix_time(), retention_);
+    };
+    change.durable = change.generation = true;
+    change.done = std::move(done);
+    push(std::move(change), weight);
+  }
+
+  void note(Event event) override {
+    push({[event = std::move(event)](StoreTables& t) { return t.put_event(event, unix_time()); }});
+  }
+  void saw_worker(WorkerRecord worker) override {
+    push({[worker = std::move(worker)](StoreTables& t) { return t.put_worker(worker); }});
+  }
+  void keep_poison(PoisonRecord poison) override {
+    push({[poison = std::move(poison)](StoreTables& t) { return t.put_poison(poison); }});
+  }
+  void keep_validation(ValidationRecord validation) override {
+    push({[validation](StoreTables& t) { return t.put_validation(validation); }});
+  }
+  void keep_champion(const proto::Champion& champion, Callback done) override {
+    push({[bytes = deterministic_bytes(champion)](StoreTables& t) { return t.put_champion(bytes); }, true,
+          false, std::move(done)});
+  }
+  void set_state(std::string state, Callback done) override {
+    push({[this, state = std::move(state)](StoreTables& t) {
+            return t.put_progress({epoch_, state, unix_time()});
+          },
+          true, false, std::move(done)});
+  }
+  void forget_evaluations(std::uint32_t generation, std::vector<std::uint64_t> genomes) override {
+    push({[generation, genomes = std::move(genomes)](StoreTables& t) {
+      return t.forget_evaluations(generation, genomes);
+    }});
+  }
+
+  Status flush() override {
+    std::promise<Status> promise;
+    auto written = promise.get_future();
+    // Writing the journal's tail is not enough: only a synced transaction of its own proves the disk took it.
+    push({[](StoreTables& t) { return t.touch(); }, true, false,
+          [&](const Status& s) { promise.set_value(s); }});
+    return written.get();
+  }
+
+  Status status() const override {
+    const std::lock_guard lock(mutex_);
+    return status_;
+  }
+  StoreFigures figures() const override {
+    const std::lock_guard lock(mutex_);
+    StoreFigures figures = figures_;
+    figures.queued_bytes = queued_bytes_;
+    return figures;
+  }
+
+ private:
+  void push(Change change, std::size_t weight = 0) {
+    {
+      const std::lock_guard lock(mutex_);
+      urgent_ = urgent_ || change.durable;
+      queue_.emplace_back(std::move(change));
+      queued_bytes_ += weight + kRowOverhead;
+    }
+    wake_.notify_one();
+  }
+
+  // Waits until there is a batch worth writing; false when the store closes and nothing is left.
+  bool take(std::vector<Item>& batch) {
+    std::unique_lock lock(mutex_);
+    wake_.wait(lock, [this] { return closing_ || !queue_.empty(); });
+    wake_.wait_for(lock, period_, [this] { return closing_ || urgent_ || queue_.size() >= kBatchRows; });
+    batch.swap(queue_);
+    urgent_ = false;
+    queued_bytes_ = 0;
+    lock.unlock();
+    space_.notify_all();
+    return !batch.empty();
+  }
+
+  void loop() {
+    std::vector<Item> batch;
+    while (take(batch)) {
+      for (Item& item : batch) write(item);
+      settle(writer_->end());
+      publish_figures();
+      batch.clear();
+    }
+    if (status()) writer_->fold();
+    writer_.reset();
+  }
+
+  void write(Item& item) {
+    if (auto* evaluation = std::get_if<Evaluation>(&item)) {
+      if (!failed_) settle(writer_->put(*evaluation));
+      ++evaluations_;
+      return;
+    }
+    Change& change = std::get<Change>(item);
+    const Clock::time_point start = Clock::now();
+    if (!failed_) settle(writer_->put(change));
+    if (change.generation && !failed_)
+      count_commit(std::chrono::duration<double>(Clock::now() - start).count());
+    if (change.done) change.done(status());
+  }
+
+  // The first error is the last thing the store does.
+  void settle(const Status& result) {
+    if (result) return;
+    writer_->roll_back();
+    const std::lock_guard lock(mutex_);
+    if (status_) status_ = result;
+    failed_ = true;
+    space_.notify_all();
+  }
+
+  void count_commit(double seconds) {
+    const std::lock_guard lock(mutex_);
+    ++figures_.commits;
+    figures_.last_commit_seconds = seconds;
+    figures_.total_commit_seconds += seconds;
+  }
+
+  void publish_figures() {
+    const std::uint64_t bytes = writer_->file_bytes();
+    const std::lock_guard lock(mutex_);
+    figures_.evaluations = evaluations_;
+    figures_.transactions = writer_->transactions();
+    figures_.file_bytes = bytes;
+  }
+
+  const Retention retention_;
+  const Clock::duration period_;
+  const std::uint64_t epoch_;
+
+  mutable std::mutex mutex_;
+  std::condition_variable wake_, space_;
+  std::vector<Item> queue_;         // guarded by mutex_, as all down to figures_
+  std::uint64_t queued_bytes_ = 0;  // of queue_
+  bool urgent_ = false;             // something in queue_ wants its callback
+  bool closing_ = false;
+  Status status_;
+  StoreFigures figures_;
+
+  std::unique_ptr<Writer> writer_;  // the store's thread's alone, with what follows
+  bool failed_ = false;
+  std::uint64_t evaluations_ = 0;
+
+  std::thread thread_;  // last: starts when all else is there
+};
+
+Result<std::unique_ptr<Store>> start(OpenRun run, const proto::StoreConfig& config, std::uint64_t epoch) {
+  auto tables = StoreTables::prepare(*run.database);
+  if (!tables) return tl::unexpected<Error>(tables.error());
+  auto writer = std::make_unique<Writer>(std::move(run), std::move(*tables));
+  return std::unique_ptr<Store>(new StoreThread(std::move(writer), config, epoch));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Store>> Store::create(const std::filesystem::path& run_dir, NewRun run) {
+  auto opened = open_new(run_dir, run);
+  if (!opened) return tl::unexpected<Error>(opened.error());
+  return start(std::move(*opened), run.info.config.store(), 1);
+}
+
+Result<Store::Resumed> Store::resume(const std::filesystem::path& run_dir) {
+  Resumed resumed;
+  auto opened = open_existing(run_dir, resumed.point);
+  if (!opened) return tl::unexpected<Error>(opened.error());
+  auto store = start(std::move(*opened), resumed.point.info.config.store(), resumed.point.epoch);
+  if (!store) return tl::unexpected<Error>(store.error());
+  resumed.store = std::move(*store);
+  return resumed;
+}
+
+}  // namespace evograsp::server

@@ -1,0 +1,189 @@
+#include "server/store_tables.h"
+
+#include <google/protobuf/text_format.h>
+
+#include <algorithm>
+
+#include "common/digest.h"
+
+namespace evograsp::server {
+namespace {
+
+template <class Bind>
+Status write(Database& database, std::string_view sql, Bind bind) {
+  auto statement = database.prepare(sql);
+  if (!statement) return tl::unexpected<Error>(statement.error());
+  bind(*statement);
+  return statement->run();
+}
+
+std::int64_t signed_of(std::uint64_t value) {
+  return static_cast<std::int64_t>(value);
+}
+
+}  // namespace
+
+Retention Retention::from(const proto::StoreConfig& config) {
+  Retention r;
+  r.populations = std::max(2u, config.keep_generations());
+  r.all_evaluations = config.journal_trials();
+  return r;
+}
+
+Result<StoreTables> StoreTables::prepare(Database& database) {
+  StoreTables tables(database);
+  auto evaluation = database.prepare("INSERT OR REPLACE INTO evaluations VALUES (?,?,?,?)");
+  if (!evaluation) return tl::unexpected<Error>(evaluation.error());
+  tables.evaluation_ = std::move(*evaluation);
+  auto species = database.prepare("INSERT OR REPLACE INTO species VALUES (?,?,?,?,?,?,?,?)");
+  if (!species) return tl::unexpected<Error>(species.error());
+  tables.species_ = std::move(*species);
+  return tables;
+}
+
+Status StoreTables::put_run(const RunInfo& info, double now) {
+  std::string text;
+  google::protobuf::TextFormat::PrintToString(info.config, &text);
+  const std::string config = deterministic_bytes(info.config);
+  const std::string experiment = deterministic_bytes(info.experiment);
+  return write(*database_, "INSERT INTO run VALUES (?,?,?,?,?,?,?,?,?,?,?)", [&](Statement& s) {
+    s.bind(std::int64_t{1}).bind_id(info.run_id).bind_text(info.name).bind_id(info.config.run().seed());
+    s.bind_text(info.experiment.fingerprint()).bind_text(info.build).bind(now).bind_text(text);
+    s.bind_blob(config).bind_blob(experiment).bind_seal();
+  });
+}
+
+Status StoreTables::put_asset(const StoredAsset& asset) {
+  return write(*database_, "INSERT OR REPLACE INTO assets VALUES (?,?,?,?,?)", [&](Statement& s) {
+    s.bind_text(asset.id).bind_text(asset.kind).bind_text(asset.name).bind_blob(asset.packed).bind_seal();
+  });
+}
+
+Status StoreTables::put_progress(const RunProgress& progress) {
+  return write(*database_, "INSERT OR REPLACE INTO progress VALUES (?,?,?,?,?)", [&](Statement& s) {
+    s.bind(std::int64_t{1})
+        .bind_id(progress.epoch)
+        .bind_text(progress.state)
+        .bind(progress.updated_at)
+        .bind_seal();
+  });
+}
+
+Status StoreTables::put_population(std::uint32_t generation, std::string_view state) {
+  return write(*database_, "INSERT OR REPLACE INTO populations VALUES (?,?,?)",
+               [&](Statement& s) { s.bind(std::int64_t{generation}).bind_blob(state).bind_seal(); });
+}
+
+Status StoreTables::put_evaluation(const Evaluation& evaluation) {
+  evaluation_->bind(std::int64_t{evaluation.generation}).bind_id(evaluation.genome);
+  evaluation_->bind_blob(evaluation.measurements).bind_seal();
+  return evaluation_->run();
+}
+
+Status StoreTables::put_generation(const GenerationCommit& commit, double now, const Retention& retention) {
+  const GenerationRecord& r = commit.record;
+  Status done =
+      write(*database_, "INSERT INTO generations VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?)", [&](Statement& s) {
+        s.bind(std::int64_t{r.generation})
+            .bind(r.best)
+            .bind(r.mean)
+            .bind(r.deviation)
+            .bind(std::int64_t{r.species});
+        s.bind(r.threshold).bind_id(r.best_genome).bind(r.links).bind_id(r.evaluations).bind_id(r.trials);
+        s.bind(r.seconds).bind(now).bind_seal();
+      });
+  for (const neat::SpeciesSummary& one : commit.species) {
+    if (!done) return done;
+    species_->bind(std::int64_t{r.generation}).bind(std::int64_t{one.id}).bind(std::int64_t{one.age});
+    species_->bind(std::int64_t{one.last_improved}).bind(std::int64_t{one.size});
+    species_->bind(one.best).bind(one.mean).bind_seal();
+    done = species_->run();
+  }
+  if (!done) return done;
+  const BestRecord& b = commit.best;
+  done = write(*database_, "INSERT INTO bests VALUES (?,?,?,?,?,?)", [&](Statement& s) {
+    s.bind(std::int64_t{b.generation}).bind_id(b.genome).bind(b.fitness);
+    s.bind_blob(b.genotype).bind_blob(b.network).bind_seal();
+  });
+  if (done) done = put_population(r.generation + 1, commit.population);
+  if (done) done = prune(r.generation, retention);
+  return done;
+}
+
+Status StoreTables::prune(std::uint32_t generation, const Retention& retention) {
+  // The population to come counts as the newest: with n kept, generations generation + 2 - n .. generation +
+  // 1 stay.
+  const std::int64_t oldest = std::int64_t{generation} + 2 - std::int64_t{retention.populations};
+  Status done = write(*database_, "DELETE FROM populations WHERE generation < ?",
+                      [&](Statement& s) { s.bind(oldest); });
+  if (done && !retention.all_evaluations)
+    done = write(*database_, "DELETE FROM evaluations WHERE generation < ?",
+                 [&](Statement& s) { s.bind(std::int64_t{generation}); });
+  if (done)
+    done = write(*database_, "DELETE FROM events WHERE id <= (SELECT max(id) FROM events) - ?",
+                 [&](Statement& s) { s.bind(std::int64_t{retention.events}); });
+  return done;
+}
+
+Status StoreTables::put_event(const Event& event, double now) {
+  // The number is part of the sealed row, so it is chosen here and not by the insert.
+  const auto last = database_->integer("SELECT coalesce(max(id), 0) FROM events");
+  if (!last) return tl::unexpected<Error>(last.error());
+  return write(*database_, "INSERT INTO events VALUES (?,?,?,?,?,?)", [&](Statement& s) {
+    s.bind(*last + 1).bind(event.time > 0 ? event.time : now).bind(static_cast<std::int64_t>(event.severity));
+    s.bind_text(event.kind).bind_text(event.text).bind_seal();
+  });
+}
+
+Status StoreTables::put_worker(const WorkerRecord& w) {
+  return write(*database_, "INSERT OR REPLACE INTO workers VALUES (?,?,?,?,?,?,?,?,?,?)", [&](Statement& s) {
+    s.bind_text(w.identity)
+        .bind_text(w.host)
+        .bind_text(w.build)
+        .bind_text(w.state)
+        .bind(std::int64_t{w.slots});
+    s.bind(w.first_seen).bind(w.last_seen).bind(signed_of(w.tasks)).bind(signed_of(w.trials)).bind_seal();
+  });
+}
+
+Status StoreTables::put_poison(const PoisonRecord& p) {
+  return write(*database_, "INSERT OR REPLACE INTO poisons VALUES (?,?,?,?,?,?)", [&](Statement& s) {
+    s.bind(std::int64_t{p.generation}).bind_id(p.genome).bind_text(p.reason);
+    s.bind_blob(p.network).bind_blob(p.trials).bind_seal();
+  });
+}
+
+Status StoreTables::put_validation(const ValidationRecord& v) {
+  return write(*database_, "INSERT OR REPLACE INTO validations VALUES (?,?,?,?,?,?)", [&](Statement& s) {
+    s.bind(std::int64_t{v.generation}).bind_id(v.genome).bind(std::int64_t{v.trials});
+    s.bind(std::int64_t{v.successes}).bind(v.fitness).bind_seal();
+  });
+}
+
+Status StoreTables::put_champion(const std::string& champion) {
+  return write(*database_, "INSERT OR REPLACE INTO champion VALUES (?,?,?)",
+               [&](Statement& s) { s.bind(std::int64_t{1}).bind_blob(champion).bind_seal(); });
+}
+
+Status StoreTables::forget_evaluations(std::uint32_t generation, const std::vector<std::uint64_t>& genomes) {
+  auto statement = database_->prepare("DELETE FROM evaluations WHERE generation = ? AND genome = ?");
+  if (!statement) return tl::unexpected<Error>(statement.error());
+  for (const std::uint64_t genome : genomes) {
+    statement->bind(std::int64_t{generation}).bind_id(genome);
+    if (const Status done = statement->run(); !done) return done;
+  }
+  return {};
+}
+
+Status StoreTables::roll_back_to(std::uint32_t generation) {
+  const std::string g = std::to_string(generation);
+  return database_->exec("DELETE FROM generations WHERE generation >= " + g +
+                         "; DELETE FROM species WHERE generation >= " + g +
+                         "; DELETE FROM bests WHERE generation >= " + g +
+                         "; DELETE FROM validations; DELETE FROM champion"
+                         "; DELETE FROM poisons WHERE generation >= " +
+                         g + "; DELETE FROM evaluations WHERE generation > " + g +
+                         "; DELETE FROM populations WHERE generation > " + g);
+}
+
+}  // namespace evograsp::server
