@@ -31,6 +31,7 @@ struct ObjectOptions {
   std::filesystem::path cache;  // decompositions; empty: default_cache_folder()
 };
 
+// Lowest points of resting poses are at z = 0 exactly: an object on the table touches it without a gap.
 // name_or_path: a built-in name (cylinder, cuboid, cube_6cm = cube, cube_5cm, sphere_4cm = sphere,
 // sphere_3cm, mug, plated_mug), an object file (*.txtpb) or a mesh file.
 Result<LoadedObject> load_object(const std::string& name_or_path, const ObjectOptions& options);
@@ -49,9 +50,15 @@ struct ResolvedExperiment {
   proto::HandBundle hand;
   std::vector<std::string> warnings;
 };
+// Every default is written out, those that the schema gives in words too (camera.eye, the workspaces,
+// grasp.home).
 Result<ResolvedExperiment> resolve_experiment(const proto::Config& config, const std::filesystem::path& base);
 
-// Bundles by content hash, serialised and zstd-compressed: what AssetReply carries.
+// SHA-256 of the experiment's deterministic bytes (its own fingerprint left out) and of kTrialVersion.
+std::string experiment_fingerprint(proto::Experiment experiment);
+
+// Bundles by content hash, serialised and zstd-compressed: what AssetReply carries. Unpacking is bounded (64
+// MiB) and checks the hash, so packed may come from a stranger.
 std::string pack_bundle(const google::protobuf::MessageLite& bundle);
 Result<proto::ObjectBundle> unpack_object(std::string_view packed, const std::string& id);
 Result<proto::HandBundle> unpack_hand(std::string_view packed, const std::string& id);

@@ -12,13 +12,13 @@
 
 #include "common/pose.h"
 #include "common/result.h"
+#include "common/version.h"
 #include "proto/bundle.pb.h"
 #include "proto/wire.pb.h"
 
 namespace evograsp::sim {
 
-// Bumped with every change that alters a single bit of any measurement: part of the experiment fingerprint.
-inline constexpr int kSemanticVersion = 1;
+inline constexpr int kSemanticVersion = kTrialVersion;  // common/version.h: bump it there
 
 // Where every object of the scene stands (cmd_shuffle's answer).
 struct Placements {

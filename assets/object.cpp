@@ -1,0 +1,142 @@
+#include <algorithm>
+#include <cmath>
+
+#include "assets/assets.h"
+#include "assets/bundle.h"
+#include "assets/parts.h"
+#include "assets/shape.h"
+#include "assets/text.h"
+#include "common/digest.h"
+#include "proto/object.pb.h"
+
+namespace evograsp::assets {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr std::size_t kMaxObjectFile = 1 << 20;  // bytes
+
+struct Alias {
+  std::string_view name, stands_for;
+};
+constexpr Alias kAliases[] = {{"cube", "cube_6cm"}, {"sphere", "sphere_4cm"}};
+
+std::string_view canonical(std::string_view name) {
+  for (const Alias& alias : kAliases) {
+    if (alias.name == name) return alias.stands_for;
+  }
+  return name;
+}
+
+// The object's frame turned so that `down` points to the table, and the height at which its lowest point is
+// on z = 0.
+proto::RestingPose resting_pose(const std::vector<proto::ConvexPart>& parts, const Vec3& down) {
+  double lowest = -HUGE_VAL;
+  for (const auto& part : parts) lowest = std::max(lowest, support(part, down));
+  proto::RestingPose pose;
+  *pose.mutable_orientation() = to_proto(rotation_between(down, -Vec3::UnitZ()));
+  pose.set_height(lowest);
+  return pose;
+}
+
+Result<std::vector<Vec3>> resting_directions(const proto::ObjectFile& file) {
+  std::vector<Vec3> directions;
+  for (const proto::Vec3& v : file.resting_down()) {
+    const Vec3 d = from_proto(v);
+    const double length = d.norm();
+    if (!(length > 1e-9) || !is_finite(d)) {
+      return fail(ErrorCode::kInvalid, "resting_down: a direction must be finite and not zero");
+    }
+    directions.push_back(d / length);
+  }
+  if (directions.empty()) directions.push_back(-Vec3::UnitZ());
+  return directions;
+}
+
+void set_mass(const proto::ObjectFile& file, const Solid& solid, proto::ObjectBundle& bundle) {
+  const double mass = file.has_mass() ? file.mass() : file.density() * solid.volume;
+  bundle.set_mass(mass);
+  *bundle.mutable_centre_of_mass() = to_proto(solid.centre);
+  const Mat3 inertia = solid.inertia * (mass / solid.volume);
+  for (const double v :
+       {inertia(0, 0), inertia(1, 1), inertia(2, 2), inertia(0, 1), inertia(0, 2), inertia(1, 2)}) {
+    bundle.add_inertia(v);
+  }
+}
+
+Result<LoadedObject> finish(const proto::ObjectFile& file, Shape shape, const std::string& source) {
+  if (!(shape.solid.volume > 0)) return fail(ErrorCode::kInvalid, source + ": the shape encloses no volume");
+  const Result<std::vector<Vec3>> directions = resting_directions(file);
+  if (!directions) return fail(directions.error().code, source + ": " + directions.error().message);
+  LoadedObject out;
+  out.warnings = std::move(shape.warnings);
+  proto::ObjectBundle& bundle = out.bundle;
+  bundle.set_name(file.name());
+  bundle.set_material(file.material());
+  bundle.set_source(source);
+  set_mass(file, shape.solid, bundle);
+  double reach = 0, footprint = 0;
+  for (const auto& part : shape.parts) reach = std::max(reach, farthest(part, shape.solid.centre));
+  for (const Vec3& down : *directions) {
+    *bundle.add_resting() = resting_pose(shape.parts, down);
+    for (const auto& part : shape.parts) footprint = std::max(footprint, axis_reach(part, down));
+  }
+  bundle.set_torque_scale(reach);
+  bundle.set_footprint_radius(footprint);
+  for (auto& part : shape.parts) *bundle.add_part() = std::move(part);
+  if (shape.visual.triangle_size() > 0) *bundle.mutable_visual() = std::move(shape.visual);
+  out.id = bundle_id(bundle);
+  return out;
+}
+
+Result<Shape> build_shape(const proto::ObjectFile& file, const std::string& source) {
+  switch (file.shape_case()) {
+    case proto::ObjectFile::kCylinder:
+      return cylinder_shape(file.cylinder());
+    case proto::ObjectFile::kCuboid:
+      return cuboid_shape(file.cuboid());
+    case proto::ObjectFile::kSphere:
+      return sphere_shape(file.sphere());
+    case proto::ObjectFile::kMug:
+      return mug_shape(file.mug());
+    case proto::ObjectFile::kPlatedMug:
+      return plated_mug_shape(file.plated_mug());
+    case proto::ObjectFile::kMesh:
+      return fail(ErrorCode::kUnsupported, "mesh shapes");
+    case proto::ObjectFile::SHAPE_NOT_SET:
+      break;
+  }
+  return fail(ErrorCode::kInvalid,
+              source + ": no shape; one of cylinder, cuboid, sphere, mug, plated_mug, mesh is needed");
+}
+
+Result<LoadedObject> object_from_text(std::string_view text, const std::string& file_name,
+                                      const std::string& stem) {
+  proto::ObjectFile file;
+  if (const Status ok = parse_message(text, file_name, file); !ok) return tl::unexpected(ok.error());
+  if (!file.has_name()) file.set_name(stem);
+  const std::string source = fs::path(file_name).filename().string();
+  Result<Shape> shape = build_shape(file, source);
+  if (!shape) return tl::unexpected(shape.error());
+  return finish(file, std::move(*shape), source);
+}
+
+}  // namespace
+
+std::vector<std::string> builtin_objects() {
+  return builtin_names("objects/");
+}
+
+Result<LoadedObject> load_object(const std::string& name_or_path, const ObjectOptions& options) {
+  const std::string builtin = "objects/" + std::string(canonical(name_or_path)) + ".txtpb";
+  if (const auto text = embedded_file(builtin)) {
+    return object_from_text(*text, builtin, std::string(canonical(name_or_path)));
+  }
+  const fs::path path = find_file(name_or_path, options.base);
+  if (path.empty())
+    return fail(ErrorCode::kNotFound, unknown_name("object", name_or_path, builtin_objects()));
+  const Result<std::string> text = read_file(path, kMaxObjectFile);
+  if (!text) return tl::unexpected(text.error());
+  return object_from_text(*text, path.string(), path.stem().string());
+}
+
+}  // namespace evograsp::assets

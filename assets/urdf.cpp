@@ -1,0 +1,112 @@
+#include "assets/urdf.h"
+
+#include <console_bridge/console.h>
+#include <urdf_parser/urdf_parser.h>
+
+#include <cmath>
+#include <exception>
+#include <mutex>
+
+namespace evograsp::assets {
+namespace {
+
+// Collects what urdfdom says instead of printing it.
+class Listener : public console_bridge::OutputHandler {
+ public:
+  void log(const std::string& text, console_bridge::LogLevel level, const char*, int) override {
+    if (level < console_bridge::CONSOLE_BRIDGE_LOG_ERROR || heard_.size() > 1000) return;
+    heard_ += (heard_.empty() ? "" : "; ") + text;
+  }
+  const std::string& heard() const { return heard_; }
+
+ private:
+  std::string heard_;
+};
+
+// The end of a tag, quotes respected; npos when it never ends.
+std::size_t tag_end(std::string_view xml, std::size_t at) {
+  char quote = 0;
+  for (; at < xml.size(); ++at) {
+    if (quote != 0) {
+      if (xml[at] == quote) quote = 0;
+    } else if (xml[at] == '"' || xml[at] == '\'') {
+      quote = xml[at];
+    } else if (xml[at] == '>') {
+      return at;
+    }
+  }
+  return std::string_view::npos;
+}
+
+// Nesting depth, before a recursive parser sees the text.
+int xml_depth(std::string_view xml) {
+  int depth = 0, deepest = 0;
+  std::size_t at = 0;
+  while ((at = xml.find('<', at)) != std::string_view::npos) {
+    if (xml.substr(at, 4) == "<!--") {
+      at = xml.find("-->", at);
+    } else {
+      const std::size_t end = tag_end(xml, at);
+      if (end == std::string_view::npos) break;
+      const char second = at + 1 < xml.size() ? xml[at + 1] : '\0';
+      if (second == '/') {
+        --depth;
+      } else if (second != '?' && second != '!' && xml[end - 1] != '/') {
+        deepest = std::max(deepest, ++depth);
+      }
+      at = end;
+    }
+    if (at == std::string_view::npos) break;
+  }
+  return deepest;
+}
+
+double snap(double v) {
+  constexpr double kGrid = 1099511627776.0;  // 2^40
+  return std::floor(v * kGrid + 0.5) / kGrid;
+}
+
+}  // namespace
+
+Result<urdf::ModelInterfaceSharedPtr> parse_urdf(std::string_view text, const std::string& file_name) {
+  if (text.size() > kMaxUrdf) return fail(ErrorCode::kInvalid, file_name + ": larger than the 4 MiB allowed");
+  if (xml_depth(text) > kMaxXmlDepth) {
+    return fail(ErrorCode::kInvalid,
+                file_name + ": elements nested deeper than " + std::to_string(kMaxXmlDepth));
+  }
+  static std::mutex mutex;  // console_bridge's handler is one for the process
+  const std::lock_guard lock(mutex);
+  Listener listener;
+  console_bridge::useOutputHandler(&listener);
+  urdf::ModelInterfaceSharedPtr model;
+  std::string thrown;
+  try {
+    model = urdf::parseURDF(std::string(text));
+  } catch (const std::exception& e) {
+    thrown = e.what();
+  }
+  console_bridge::restorePreviousOutputHandler();
+  if (!model || !model->getRoot()) {
+    std::string reason = listener.heard().empty() ? thrown : listener.heard();
+    if (reason.empty()) reason = "no <robot> with a root link";
+    return fail(ErrorCode::kInvalid, file_name + ": not a usable URDF: " + reason);
+  }
+  if (model->links_.size() > kMaxUrdfLinks) {
+    return fail(ErrorCode::kInvalid, file_name + ": more than " + std::to_string(kMaxUrdfLinks) + " links");
+  }
+  return model;
+}
+
+Pose snapped(const urdf::Pose& pose) {
+  const urdf::Rotation& q = pose.rotation;
+  Pose out{rotation_from_quaternion(snap(q.w), snap(q.x), snap(q.y), snap(q.z)),
+           {pose.position.x, pose.position.y, pose.position.z}};
+  for (int i = 0; i < 9; ++i) {  // quarter turns come out exact
+    double& v = out.rotation.data()[i];
+    const double whole = std::floor(v + 0.5);
+    if (std::fabs(v - whole) < 1e-9) v = whole;
+  }
+  return out;
+}
+
+}  // namespace evograsp::assets
