@@ -68,8 +68,9 @@ inline proto::ObjectBundle rippled(double radius, int rings, int segments) {
     for (int j = 0; j < segments; ++j) {
       const double theta = 3.14159265358979 * i / rings, phi = 2 * 3.14159265358979 * j / segments;
       const double r = radius * (1 + 0.1 * std::sin(9 * theta) * std::cos(7 * phi));
-      mesh->add_xyz(static_cast<float>(r * std::sin(theta) * std::cos(phi)));
-      mesh->add_xyz(static_cast<float>(r * std::sin(theta) * std::sin(phi)));
+      const double across = i == 0 || i == rings ? 0 : r * std::sin(theta);  // the poles are one point each
+      mesh->add_xyz(static_cast<float>(across * std::cos(phi)));
+      mesh->add_xyz(static_cast<float>(across * std::sin(phi)));
       mesh->add_xyz(static_cast<float>(r * std::cos(theta)));
     }
   const auto vertex = [&](int i, int j) { return static_cast<std::uint32_t>(i * segments + j % segments); };
