@@ -71,6 +71,7 @@ Result<HandModel> HandModel::create(const proto::HandBundle& bundle) {
   if (auto ok = hand.read_frames(bundle); !ok) return tl::unexpected(ok.error());
   hand.derive_bounds();
   hand.derive_collisions();
+  hand.derive_planar();
   return hand;
 }
 
@@ -194,6 +195,7 @@ void HandModel::forward(std::span<const double> values, const Pose& X_WH, std::s
 // child's origin, wherever its joints stand.
 void HandModel::derive_bounds() {
   lever_.assign(joints_.size() * parts_.size(), 0);
+  reach_.assign(joints_.size() * parts_.size(), 0);
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     if (parts_[p].link == 0) continue;
     int j = parts_[p].link - 1;
@@ -202,9 +204,10 @@ void HandModel::derive_bounds() {
     for (;;) {
       const HandJoint& joint = joints_[static_cast<std::size_t>(j)];
       lever_[static_cast<std::size_t>(j) * parts_.size() + p] = from_axis;
+      const double travel = joint.prismatic ? std::max(std::fabs(joint.lower), std::fabs(joint.upper)) : 0;
+      reach_[static_cast<std::size_t>(j) * parts_.size() + p] = from_origin + travel;
       if (joint.parent_link == 0) break;
       const HandJoint& outer = joints_[static_cast<std::size_t>(joint.parent_link - 1)];
-      const double travel = joint.prismatic ? std::max(std::fabs(joint.lower), std::fabs(joint.upper)) : 0;
       const Vec3 axis_in_outer = joint.origin.rotation * joint.axis;
       const bool parallel = !joint.prismatic && axis_in_outer.cross(outer.axis).norm() < 1e-12;
       from_axis =
@@ -247,6 +250,27 @@ void HandModel::derive_collisions() {
       const Separation s =
           distance(parts_[a].shape, parts_[a].preset_pose, parts_[b].shape, parts_[b].preset_pose);
       may_collide_[a * parts_.size() + b] = s.distance > kPresetClearance;
+    }
+  }
+}
+
+void HandModel::derive_planar() {
+  std::vector<Pose> X_HL(static_cast<std::size_t>(link_count()));
+  forward(preset_, Pose{}, X_HL);
+  for (HandMotor& motor : motors_) {
+    for (int part : motor.part) {
+      const JointSet chain = ancestors(parts_[static_cast<std::size_t>(part)].link);
+      const JointSet beyond_first = chain & ~((chain & motor.joints & -(chain & motor.joints)) - 1);
+      bool planar = true;
+      Vec3 axis = Vec3::Zero();
+      for (JointSet rest = beyond_first; rest != 0; rest &= rest - 1) {
+        const auto j = static_cast<std::size_t>(__builtin_ctzll(rest));
+        if (ratio_[j] == 0) continue;  // stands still
+        const Vec3 a = X_HL[j + 1].rotation * joints_[j].axis;
+        if (axis.isZero()) axis = a;
+        planar = planar && !joints_[j].prismatic && (motor.joints >> j & 1) && axis.cross(a).norm() < 1e-9;
+      }
+      motor.planar.push_back(planar);
     }
   }
 }

@@ -46,6 +46,8 @@ struct HandMotor {
   JointSet joints = 0;
   std::vector<int> link;  // the links its joints move, parents before children
   std::vector<int> part;  // the parts on these links
+  // One a part: all its joints turn about parallel axes, so that its extent along that axis never changes.
+  std::vector<std::uint8_t> planar;
 };
 
 class HandModel {
@@ -83,6 +85,10 @@ class HandModel {
     double speed = 0, acceleration = 0;
   };
   MotionBound motion_bound(int part, JointSet active) const;
+  // Largest distance of any point of a part from the origin of a joint that moves it, in any configuration.
+  double reach(int joint, int part) const {
+    return reach_[static_cast<std::size_t>(joint) * parts_.size() + static_cast<std::size_t>(part)];
+  }
 
   // Whether two parts may stop each other: not those on one link or on neighbours in the tree, nor those that
   // touch already at the preset, nor those that one motor moves.
@@ -98,6 +104,7 @@ class HandModel {
   Status read_frames(const proto::HandBundle& bundle);
   void derive_bounds();
   void derive_collisions();
+  void derive_planar();
 
   std::vector<HandJoint> joints_;
   std::vector<HandPart> parts_;
@@ -106,6 +113,7 @@ class HandModel {
   std::vector<JointSet> ancestors_;
   std::vector<std::string> material_;
   std::vector<double> lever_;  // [joint x part]: largest distance of the part's points from the joint's axis
+  std::vector<double> reach_;  // [joint x part]: the same from the joint's origin
   std::vector<std::uint8_t> may_collide_;
   Vec3 approach_axis_ = Vec3::UnitZ(), finger_axis_ = Vec3::UnitX();
   Vec3 tool_point_ = Vec3::Zero(), thumb_tip_ = Vec3::Zero();

@@ -32,7 +32,7 @@ tl::unexpected<Error> bad(const char* what) {
 Result<Shape> hull_from_proto(const proto::ConvexPart::Hull& hull, double rounding) {
   if (hull.xyz_size() % 3 != 0) return bad("hull coordinates do not come in threes");
   const int n = hull.xyz_size() / 3;
-  if (n < 1 || n > kMaxHullVertices) return bad("a hull needs 1 to 1024 vertices");
+  if (n < 1 || n > kMaxHullVertices) return bad("a hull needs 1 to 4096 vertices");
   std::vector<Vec3> vertices;
   vertices.reserve(static_cast<std::size_t>(n));
   for (int i = 0; i < n; ++i) {

@@ -21,7 +21,7 @@ enum class Core : unsigned char {
   kHull,  // the convex hull of a few vertices
 };
 inline constexpr int kCores = 5;
-inline constexpr int kMaxHullVertices = 1024;
+inline constexpr int kMaxHullVertices = 4096;
 
 struct Aabb {
   Vec3 lo = Vec3::Zero(), hi = Vec3::Zero();
