@@ -140,7 +140,7 @@ void Closing::add_pair(int part, const Obstacle* obstacle, const Shape& shape, c
   pair.at = 0;
   const Vec3 between =
       at(state_->part, part) * hand_->parts()[static_cast<std::size_t>(part)].shape.centre - centre;
-  const bool table = obstacle != nullptr && obstacle->object == kTable;
+  const bool table = obstacle != nullptr && obstacle->object == kTableObject;
   const double length = between.norm();
   pair.normal = table || !(length > 0) ? Vec3::UnitZ() : Vec3(between / length);
   const Vec3 top = pose * shape.support(pose.rotation.transpose() * pair.normal);

@@ -65,7 +65,12 @@ struct GraspReport {
   Pose palm;                      // X_WH where the hand stopped
 };
 
-class Workspace;  // scratch memory of one slot; never shared between threads
+// Scratch memory of one slot, made by the Simulator it is used with; never shared between threads. What a
+// trial leaves in it changes no bit of the next.
+class Workspace {
+ public:
+  virtual ~Workspace() = default;
+};
 
 class Simulator {
  public:

@@ -36,7 +36,7 @@ bool above_table(const Shape& shape, const Pose& pose, const Shape& table, Separ
 Separation distance(const Shape& shape, const Pose& pose, const Obstacle& obstacle,
                     const DistanceOptions& options) {
   Separation out;
-  if (obstacle.object == kTable && above_table(shape, pose, *obstacle.shape, out)) return out;
+  if (obstacle.object == kTableObject && above_table(shape, pose, *obstacle.shape, out)) return out;
   return distance(shape, pose, *obstacle.shape, obstacle.pose, options);
 }
 
@@ -77,7 +77,7 @@ void World::place(const Placements& placements, PosedWorld& out) const {
   out.obstacle.clear();
   out.body.clear();
   const Pose table{Mat3::Identity(), Vec3(0, 0, -kTableThickness / 2)};
-  out.obstacle.push_back({&table_, table, bounds(table_, table), kTable, 0});
+  out.obstacle.push_back({&table_, table, bounds(table_, table), kTableObject, 0});
   for (std::size_t i = 0; i < objects_.size(); ++i) {
     PosedWorld::Body body;
     body.first = static_cast<int>(out.obstacle.size());

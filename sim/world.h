@@ -12,7 +12,7 @@
 
 namespace evograsp::sim {
 
-inline constexpr int kTable = -1;                // Obstacle::object of the table
+inline constexpr int kTableObject = -1;                // Obstacle::object of the table
 inline constexpr double kTableThickness = 0.05;  // m; its top is z = 0
 
 // A posed convex shape with its bounds.
@@ -20,7 +20,7 @@ struct Obstacle {
   const Shape* shape = nullptr;
   Pose pose;
   Aabb box;
-  int object = kTable;
+  int object = kTableObject;
   int part = 0;
 };
 
