@@ -1,0 +1,45 @@
+// From genotype to phenotype.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/network.h"
+#include "neat/genome.h"
+
+namespace evograsp::neat {
+
+// Turns genomes into the columns of a network: enabled links only, nodes in evaluation order, hidden nodes
+// that reach no output left out (unless recurrent). Keeps its working storage from genome to genome: after
+// the first few nothing is allocated. Linear in the links. Not thread-safe.
+class Expressor {
+ public:
+  // The columns stay valid until the next call. Of a recurrent genome hidden nodes keep their order. `only`:
+  // one output alone; -1: all.
+  NetworkColumns columns(const Genome& genome, bool recurrent, int only = -1);
+
+ private:
+  void count_links(const Genome& genome);
+  void gather_edges(const Genome& genome);
+  void mark_live(const Genome& genome, int only);
+  void order_nodes(const Genome& genome, bool recurrent, int only);
+  void fill_links(const Genome& genome);
+  std::uint32_t value_of(const Genome& genome, std::uint32_t node) const;
+  void append(std::uint32_t place, std::uint32_t source, float weight);
+  void sort_sources();
+
+  // By place (Genome::node_place).
+  std::vector<std::uint32_t> count_, position_, waiting_, edge_first_;
+  std::vector<std::uint8_t> live_;
+  std::vector<std::uint32_t> edge_from_, edge_to_, edge_by_source_;  // enabled links between computing nodes
+  std::vector<std::uint32_t> order_;                                 // places in evaluation order
+  std::vector<std::uint32_t> end_;                                   // where a place's next link goes
+  // The network's columns.
+  std::vector<std::uint8_t> activation_;
+  std::vector<float> bias_, weight_;
+  std::vector<std::uint32_t> first_link_, source_, output_node_;
+  std::vector<std::pair<std::uint32_t, float>> sorting_;
+};
+
+}  // namespace evograsp::neat

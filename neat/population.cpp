@@ -1,0 +1,210 @@
+#include "neat/population.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "neat/express.h"
+#include "neat/population_state.h"
+#include "neat/reproduction.h"
+#include "neat/start.h"
+
+namespace evograsp::neat {
+namespace {
+
+tl::unexpected<Error> bad(const std::string& what) {
+  return fail(ErrorCode::kInvalid, "neat: " + what);
+}
+
+// What the schema's ranges do not say.
+Status check_config(const proto::NeatConfig& config, int inputs, int outputs) {
+  if (inputs < 1 || outputs < 1) return bad("inputs and outputs must be at least 1");
+  if (inputs > 1'000'000 || outputs > 1'000'000) return bad("inputs and outputs must be at most 1000000");
+  const std::uint64_t i = static_cast<std::uint64_t>(inputs) + 1, o = static_cast<std::uint64_t>(outputs);
+  if (config.population() < 2 || config.population() > 1'000'000)
+    return bad("population must be 2 to 1000000");
+  const std::uint64_t links =
+      config.topology() == proto::HIDDEN_LAYER && config.hidden() > 0 ? config.hidden() * (i + o) : i * o;
+  if (config.topology() != proto::UNCONNECTED && links > Network::kMaxLinks)
+    return bad("the start topology has more than 4194304 links");
+  const double limit = static_cast<double>(Network::kMaxWeight);
+  if (!(config.max_weight() > 0 && config.max_weight() <= limit))
+    return bad("max_weight must be above 0, at most 1048576");
+  for (const double x : {config.initial_weight(), config.perturb_power(), config.depth_weight_scale()})
+    if (!(x >= 0 && x <= limit))
+      return bad("initial_weight, perturb_power and depth_weight_scale must be 0 to 1048576");
+  for (const double x : {config.c1_excess(), config.c2_disjoint(), config.c3_weight(), config.threshold()})
+    if (!(x >= 0 && std::isfinite(x))) return bad("c1, c2, c3 and threshold must not be negative");
+  if (!(config.survival() > 0 && config.survival() <= 1)) return bad("survival must be above 0, at most 1");
+  return {};
+}
+
+// Ranks members, notes ages and improvements, and says what there was.
+void judge(const Ranking& ranking, std::vector<Species>& species, std::vector<SpeciesSummary>& judged) {
+  judged.clear();
+  for (Species& s : species) {
+    std::sort(s.members.begin(), s.members.end(), [&](auto a, auto b) { return ranking.better(a, b); });
+    const double best = ranking.fitness(s.members.front());
+    ++s.age;
+    if (s.age == 1 || best > s.best) {
+      s.best = best;
+      s.improved = s.age;
+    }
+    double sum = 0;
+    for (const std::uint32_t i : s.members) sum += ranking.fitness(i);
+    const auto size = static_cast<std::uint32_t>(s.members.size());
+    judged.push_back({s.id, s.age, s.improved, size, best, sum / size});
+  }
+}
+
+// Index of the species that holds the generation's best genome.
+std::size_t best_species(const std::vector<Species>& species, const Ranking& ranking) {
+  std::size_t best = 0;
+  for (std::size_t s = 1; s < species.size(); ++s)
+    if (ranking.better(species[s].members.front(), species[best].members.front())) best = s;
+  return best;
+}
+
+// Explicit fitness sharing: a species' share is the mean of its members' fitness (above the worst, should
+// that be negative); a stagnant species has none.
+std::vector<double> shares(const std::vector<Species>& species, const Ranking& ranking,
+                           const proto::NeatConfig& config, std::size_t best) {
+  std::vector<double> share;
+  for (std::size_t s = 0; s < species.size(); ++s) {
+    const bool stagnant =
+        config.drop_off_age() > 0 && species[s].age - species[s].improved >= config.drop_off_age();
+    double sum = 0;
+    const double size = static_cast<double>(species[s].members.size());
+    if (s == best || !stagnant)
+      for (const std::uint32_t i : species[s].members) sum += ranking.shared(i) / size;
+    share.push_back(sum);
+  }
+  return share;
+}
+
+// "If the fitness of the entire population does not improve for more than 20 generations, only the top two
+// species are allowed to reproduce" (section 4.1 of the paper).
+std::vector<double> top_two(const std::vector<Species>& species, const Ranking& ranking, std::size_t best) {
+  std::size_t second = best == 0 ? 1 : 0;
+  for (std::size_t s = 0; s < species.size(); ++s)
+    if (s != best && ranking.better(species[s].members.front(), species[second].members.front())) second = s;
+  std::vector<double> share(species.size(), 0.0);
+  share[best] = share[second] = 1.0;
+  return share;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<EvolutionState>> EvolutionState::make(const proto::NeatConfig& config, int inputs,
+                                                             int outputs, std::uint64_t run_seed) {
+  if (Status status = check_config(config, inputs, outputs); !status) return tl::unexpected(status.error());
+  if (config.has_hyperneat()) return fail(ErrorCode::kUnsupported, "neat: hyperneat");
+  auto start = make_start(config, static_cast<std::uint32_t>(inputs), static_cast<std::uint32_t>(outputs));
+  const std::uint32_t innovation = first_free_innovation(config, *start);
+  const std::uint32_t node = start->first_hidden() + start->hidden;
+  const std::uint32_t target = std::min(config.target_species(), config.population() / 2);
+  return std::unique_ptr<EvolutionState>(
+      new EvolutionState{.config = config,
+                         .inputs = static_cast<std::uint32_t>(inputs),
+                         .outputs = static_cast<std::uint32_t>(outputs),
+                         .run_seed = run_seed,
+                         .start = std::move(start),
+                         .innovations = {innovation, node},
+                         .speciation = {DistanceWeights(config), config.threshold(), target},
+                         .genomes = {},
+                         .previous = {},
+                         .species = {},
+                         .judged = {}});
+}
+
+Result<Population> Population::create(const proto::NeatConfig& config, int inputs, int outputs,
+                                      std::uint64_t run_seed) {
+  auto made = EvolutionState::make(config, inputs, outputs, run_seed);
+  if (!made) return tl::unexpected(made.error());
+  EvolutionState& state = **made;
+  for (std::uint32_t i = 0; i < config.population(); ++i) {
+    Random random(run_seed, Purpose::kInitialPopulation, 0, i);
+    state.genomes.push_back(make_first(state.config, state.start, random));
+    state.genomes.back().set_id(++state.next_genome);
+  }
+  ++state.next_genome;
+  state.speciation.found(state.genomes, state.species, state.next_species);
+  return Population(std::move(*made));
+}
+
+Population::Population(std::unique_ptr<EvolutionState> state) : state_(std::move(state)) {}
+Population::Population(Population&&) noexcept = default;
+Population& Population::operator=(Population&&) noexcept = default;
+Population::~Population() = default;
+
+std::uint32_t Population::generation() const {
+  return state_->generation;
+}
+std::span<const Genome> Population::ask() const {
+  return state_->genomes;
+}
+const std::vector<SpeciesSummary>& Population::species() const {
+  return state_->judged;
+}
+double Population::threshold() const {
+  return state_->speciation.threshold();
+}
+
+std::vector<std::vector<std::uint32_t>> Population::members() const {
+  std::vector<std::vector<std::uint32_t>> result;
+  for (const Species& s : state_->species) result.push_back(s.members);
+  return result;
+}
+
+void Population::tell(std::span<const double> fitness) {
+  EvolutionState& state = *state_;
+  std::vector<double> told(fitness.begin(), fitness.end());
+  told.resize(state.genomes.size(), std::nan(""));  // a genome nobody judged is among the worst
+  const Ranking ranking(told);
+  judge(ranking, state.species, state.judged);
+  const std::size_t best = best_species(state.species, ranking);
+
+  std::vector<double> share = shares(state.species, ranking, state.config, best);
+  const double best_fitness = ranking.fitness(ranking.best());
+  if (state.generation == 0 || best_fitness > state.best) {
+    state.best = best_fitness;
+    state.best_generation = state.generation;
+  } else if (state.config.refocus_age() > 0 &&
+             state.generation - state.best_generation > state.config.refocus_age() &&
+             state.species.size() > 2) {
+    share = top_two(state.species, ranking, best);
+    state.best_generation = state.generation;
+  }
+  std::vector<std::uint32_t> children = allot(share, static_cast<std::uint32_t>(told.size()));
+  if (children[best] == 0) {  // shared away: the best species keeps a place all the same
+    --*std::max_element(children.begin(), children.end());
+    ++children[best];
+  }
+
+  state.previous.resize(state.genomes.size());
+  reproduce({state.genomes, state.species, ranking, children}, state.config, state.run_seed, state.generation,
+            state.innovations, state.next_genome, state.previous);
+  std::swap(state.genomes, state.previous);
+
+  // A random genome of each species of the old generation stands for it in the new one (section 3.3).
+  std::vector<const Genome*> representative;
+  for (const Species& s : state.species) {
+    Random random(state.run_seed, Purpose::kSpeciation, state.generation, s.id);
+    representative.push_back(
+        &state.previous[s.members[random.below(static_cast<std::uint32_t>(s.members.size()))]]);
+  }
+  ++state.generation;
+  state.speciation.sort(state.genomes, representative, state.species, state.next_species);
+}
+
+Network express(const Genome& genome, const proto::NeatConfig& config) {
+  Expressor expressor;
+  // A genome that holds its laws always compiles.
+  return Network::from_columns(expressor.columns(genome, config.recurrent())).value();
+}
+
+proto::Network express_proto(const Genome& genome, const proto::NeatConfig& config) {
+  return express(genome, config).to_proto();
+}
+
+}  // namespace evograsp::neat

@@ -1,0 +1,32 @@
+// The inside of a Population: shared by its evolution (population.cpp) and its storage (state.cpp).
+#pragma once
+
+#include "neat/innovation.h"
+#include "neat/population.h"
+#include "neat/species.h"
+
+namespace evograsp::neat {
+
+struct EvolutionState {
+  proto::NeatConfig config;  // as given, HyperNEAT's own defaults filled in
+  std::uint32_t inputs, outputs;
+  std::uint64_t run_seed;
+  std::shared_ptr<const StartStructure> start;
+  Innovations innovations;
+  Speciation speciation;
+
+  std::uint32_t generation = 0;
+  std::uint64_t next_genome = 0;
+  std::uint32_t next_species = 1;
+  double best = 0;  // fitness so far
+  std::uint32_t best_generation = 0;
+  std::vector<Genome> genomes, previous;  // previous: storage for the next generation
+  std::vector<Species> species;
+  std::vector<SpeciesSummary> judged;
+
+  // Everything but genomes and species. kInvalid as create().
+  static Result<std::unique_ptr<EvolutionState>> make(const proto::NeatConfig& config, int inputs,
+                                                      int outputs, std::uint64_t run_seed);
+};
+
+}  // namespace evograsp::neat
