@@ -1,6 +1,5 @@
-#include <cstdio>
+#include "cli/program.h"
 
-int main() {
-  std::puts("evograsp 0.1.0");
-  return 0;
+int main(int argc, char** argv) {
+  return evograsp::cli::run(argc, argv);
 }

@@ -1,0 +1,34 @@
+// The fitness of a run over its generations: as a PNG, as an SVG, and in characters for a terminal.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "common/result.h"
+
+namespace evograsp::cli {
+
+struct FitnessPoint {
+  std::uint32_t generation = 0;
+  double best = 0, mean = 0;
+  std::uint32_t species = 0;
+};
+
+// The vertical axis ends at 1, or at a round number above the largest value.
+struct FitnessPlot {
+  std::string title;
+  std::vector<FitnessPoint> points;  // in the order of generations
+};
+
+Status write_png(const FitnessPlot& plot, const std::filesystem::path& path);
+// An <svg> element of its own, text as outlines: looks the same wherever it is pasted.
+Result<std::string> to_svg(const FitnessPlot& plot);
+// `columns` x `rows` characters and the axes. Best as dots of Braille, mean as light ones.
+std::string to_text(const FitnessPlot& plot, int columns = 64, int rows = 12);
+
+// Ends of an axis that holds `largest`: 1, or 1, 2, 2.5 or 5 times a power of ten.
+double axis_end(double largest);
+
+}  // namespace evograsp::cli

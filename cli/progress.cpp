@@ -1,0 +1,103 @@
+#include "cli/progress.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+
+namespace evograsp::cli {
+namespace {
+
+constexpr std::size_t kRecent = 12;  // generations that rate and time left are taken from
+constexpr int kBarWidth = 24;
+constexpr double kSecondsBetweenLines = 2;
+
+std::string bar(double done, int width) {
+  static const char* kEighths[] = {"", "▏", "▎", "▍", "▌", "▋", "▊", "▉"};
+  const int eighths = static_cast<int>(std::clamp(done, 0.0, 1.0) * width * 8 + 0.5);
+  std::string out;
+  for (int i = 0; i < eighths / 8; ++i) out += "█";
+  out += kEighths[eighths % 8];
+  for (int i = (eighths + 7) / 8; i < width; ++i) out += "░";
+  return out;
+}
+
+}  // namespace
+
+ProgressStyle progress_style(std::FILE* out) {
+  const char* terminal = std::getenv("TERM");
+  const bool dumb = terminal == nullptr || std::strcmp(terminal, "dumb") == 0;
+  return ::isatty(::fileno(out)) != 0 && !dumb ? ProgressStyle::kBar : ProgressStyle::kLines;
+}
+
+std::string duration(double seconds) {
+  const auto whole = static_cast<long long>(std::max(0.0, seconds) + 0.5);
+  char text[48];
+  if (whole < 60) {
+    std::snprintf(text, sizeof text, "%lld s", whole);
+  } else if (whole < 3600) {
+    std::snprintf(text, sizeof text, "%lld:%02lld min", whole / 60, whole % 60);
+  } else {
+    std::snprintf(text, sizeof text, "%lld:%02lld h", whole / 3600, whole / 60 % 60);
+  }
+  return text;
+}
+
+std::string with_commas(std::uint64_t number) {
+  std::string digits = std::to_string(number);
+  for (int at = static_cast<int>(digits.size()) - 3; at > 0; at -= 3)
+    digits.insert(static_cast<std::size_t>(at), ",");
+  return digits;
+}
+
+Progress::Progress(ProgressStyle style, std::uint32_t generations, std::FILE* out)
+    : style_(style), generations_(generations), out_(out), last_line_(Clock::now()) {}
+
+std::string Progress::line(const server::GenerationReport& report, std::uint32_t generations,
+                           double trials_a_second, double seconds_left, int bar_width) {
+  const std::uint32_t done = report.generation + 1;
+  char text[200];
+  std::snprintf(text, sizeof text, "  best %.3f  mean %.3f  species %u  %s trials/s  %s left", report.best,
+                report.mean, report.species, with_commas(static_cast<std::uint64_t>(trials_a_second)).c_str(),
+                duration(seconds_left).c_str());
+  const std::string count = std::to_string(done) + "/" + std::to_string(generations);
+  const std::string shown =
+      bar_width > 0 ? " " + bar(static_cast<double>(done) / std::max(1u, generations), bar_width) : "";
+  return "generation " + count + shown + text;
+}
+
+void Progress::show(const server::GenerationReport& report) {
+  if (style_ == ProgressStyle::kSilent) return;
+  const auto now = Clock::now();
+  recent_.push_back({now, report.trials, report.generation});
+  if (recent_.size() > kRecent) recent_.pop_front();
+  const Mark& from = recent_.front();
+  const double seconds = std::chrono::duration<double>(now - from.time).count();
+  // The first report knows only the run's own total.
+  const bool first = recent_.size() == 1 || seconds <= 0;
+  const double span = first ? std::max(report.seconds, 1e-9) : seconds;
+  const double trials =
+      first ? static_cast<double>(report.trials) : static_cast<double>(report.trials - from.trials);
+  const double generations = first ? report.generation + 1.0 : report.generation - from.generation;
+  const double left =
+      (static_cast<double>(generations_) - report.generation - 1) * span / std::max(1.0, generations);
+
+  const bool bar = style_ == ProgressStyle::kBar;
+  const bool last = report.generation + 1 >= generations_;
+  if (!bar && !last && report.generation != 0 &&
+      std::chrono::duration<double>(now - last_line_).count() < kSecondsBetweenLines)
+    return;
+  last_line_ = now;
+  const std::string text = line(report, generations_, trials / span, left, bar ? kBarWidth : 0);
+  std::fprintf(out_, bar ? "\r\033[K%s" : "%s\n", text.c_str());
+  std::fflush(out_);
+  open_line_ = bar;
+}
+
+void Progress::finish() {
+  if (open_line_) std::fputc('\n', out_);
+  open_line_ = false;
+}
+
+}  // namespace evograsp::cli
