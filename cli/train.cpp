@@ -1,0 +1,304 @@
+// `evograsp train`: the server and a worker in one process, joined by an inproc socket.
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <thread>
+#include <zmq.hpp>
+
+#include "assets/assets.h"
+#include "cli/cli.h"
+#include "cli/inputs.h"
+#include "cli/progress.h"
+#include "cli/report.h"
+#include "cli/run_folder.h"
+#include "cli/stop_signals.h"
+#include "common/config.h"
+#include "server/server.h"
+#include "server/store_reader.h"
+#include "worker/worker.h"
+
+namespace evograsp::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  std::string config;
+  std::string out;
+  std::string resume;
+  std::string objects_from;
+  std::vector<std::string> overrides;
+  std::optional<std::uint64_t> seed;
+  double scale = 0, mass = 0;  // 0: as the config says
+  int slots = 0;
+  bool quiet = false;
+  bool json = false;
+};
+
+std::string shortest(double value) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.17g", value);
+  return text;
+}
+
+// --objects-from: every mesh and object file of a folder in the place of the config's objects, one at a time
+// on the table unless --set says otherwise.
+Status add_objects(const Options& options, std::vector<std::string>& overrides) {
+  if (options.objects_from.empty()) return {};
+  const auto files = objects_in(options.objects_from);
+  if (!files) return tl::unexpected(files.error());
+  std::string list;
+  for (const std::string& file : *files) list += (list.empty() ? "" : ", ") + nlohmann::json(file).dump();
+  overrides.push_back("scene.object=[" + list + "]");
+  overrides.push_back("scene.objects_in_scene=1");
+  return {};
+}
+
+Result<std::vector<std::string>> all_overrides(const Options& options) {
+  std::vector<std::string> overrides;
+  if (auto status = add_objects(options, overrides); !status) return tl::unexpected(status.error());
+  if (options.seed) overrides.push_back("run.seed=" + std::to_string(*options.seed));
+  if (options.scale > 0) overrides.push_back("scene.mesh_scale=" + shortest(options.scale));
+  if (options.mass > 0) overrides.push_back("scene.mesh_mass=" + shortest(options.mass));
+  overrides.insert(overrides.end(), options.overrides.begin(), options.overrides.end());
+  return overrides;
+}
+
+// Nobody else joins a run of this command unless asked: then no port is taken and two runs go side by side.
+void close_doors(LoadedConfig& loaded) {
+  if (loaded.origin["net.listen"] == Origin::kDefault) loaded.config.mutable_net()->set_listen("");
+  if (loaded.origin["net.http"] == Origin::kDefault) loaded.config.mutable_net()->set_http("");
+}
+
+// What the server needs for a new run; the exit code when it cannot be had.
+tl::expected<server::ServerOptions, int> prepare_new(const Options& options) {
+  const auto overrides = all_overrides(options);
+  if (!overrides) return tl::unexpected(report(overrides.error()));
+  auto loaded = load_config(options.config, *overrides, known_names());
+  if (!loaded) return tl::unexpected(report(loaded.error()));
+  auto experiment = assets::resolve_experiment(loaded->config, loaded->base);
+  if (!experiment) {
+    return tl::unexpected(
+        report(Error{experiment.error().code, loaded->file + ": " + experiment.error().message}));
+  }
+  for (const std::string& warning : experiment->warnings) warn(warning);
+  close_doors(*loaded);
+
+  server::ServerOptions prepared;
+  prepared.run_dir = options.out.empty() ? fresh_folder(fs::path("runs") / loaded->config.run().name())
+                                         : fs::path(options.out);
+  std::error_code error;
+  if (fs::exists(prepared.run_dir / "run.db", error)) {
+    const std::string name = prepared.run_dir.string();
+    return tl::unexpected(
+        report(Error{ErrorCode::kInvalid,
+                     name + ": holds a run already; go on with it by: evograsp train --resume " + name}));
+  }
+  prepared.config = loaded->config;
+  prepared.experiment = std::move(*experiment);
+  return prepared;
+}
+
+tl::expected<server::ServerOptions, int> prepare_resumed(const Options& options) {
+  const auto run = read_run_folder(options.resume);
+  if (!run) return tl::unexpected(report(run.error()));
+  server::ServerOptions prepared;
+  prepared.run_dir = options.resume;
+  prepared.config = run->info.config;
+  prepared.resume = true;
+  return prepared;
+}
+
+// The run itself: a server on this thread, a worker on another, signals on a third.
+class Training {
+ public:
+  Training(const Options& options, server::ServerOptions server)
+      : options_(options), server_options_(std::move(server)) {}
+  int run();
+
+ private:
+  Status start();
+  Result<server::RunState> evolve();
+  int conclude(server::RunState state);
+  void show_result(const RunFolder& run);
+  void show_json(const RunFolder& run);
+
+  const Options& options_;
+  server::ServerOptions server_options_;
+  zmq::context_t context_;
+  std::unique_ptr<server::Server> server_;
+  std::unique_ptr<worker::Worker> worker_;
+  StopSignals signals_;
+};
+
+Status Training::start() {
+  server_options_.context = &context_;
+  auto server = server::Server::create(server_options_);
+  if (!server) return tl::unexpected(server.error());
+  server_ = std::move(*server);
+  worker::WorkerOptions how;
+  how.connect = "inproc://evograsp";
+  how.slots = options_.slots;
+  how.context = &context_;
+  auto worker = worker::Worker::create(how);
+  if (!worker) return tl::unexpected(worker.error());
+  worker_ = std::move(*worker);
+  return {};
+}
+
+Result<server::RunState> Training::evolve() {
+  const std::uint32_t generations = server_options_.config.run().generations();
+  Progress progress(options_.quiet ? ProgressStyle::kSilent : progress_style(stderr), generations);
+  server_->on_generation([&progress](const server::GenerationReport& report) { progress.show(report); });
+  Status worked;
+  std::thread worker([this, &worked] {
+    worked = worker_->run();
+    if (!worked) server_->stop();
+  });
+  signals_.watch(
+      [this] {
+        std::fputs("\nstopping: what is done gets committed (Ctrl-C again: stop at once)\n", stderr);
+        server_->stop();
+      },
+      [] { std::_Exit(kExitInterrupted); });
+  auto state = server_->run();
+  signals_.stop();
+  progress.finish();
+  worker_->stop();
+  worker.join();
+  if (!worked) return tl::unexpected(worked.error());
+  return state;
+}
+
+int Training::run() {
+  if (auto status = start(); !status) return report(status.error());
+  if (!options_.quiet) {
+    std::fprintf(stderr, "%s %s in %s\n", options_.resume.empty() ? "training" : "resuming",
+                 server_options_.config.run().name().c_str(), server_options_.run_dir.c_str());
+  }
+  const auto state = evolve();
+  server_.reset();  // lets run.db go
+  worker_.reset();
+  if (!state) return report(state.error());
+  return conclude(*state);
+}
+
+int Training::conclude(server::RunState state) {
+  const auto run = read_run_folder(server_options_.run_dir);
+  if (!run) return report(run.error());
+  if (auto status = write_results(*run); !status) return report(status.error());
+  if (state == server::RunState::kFailed) {
+    return report(Error{ErrorCode::kInternal, run->path.string() + ": the run failed; its log says why"});
+  }
+  if (options_.json) {
+    show_json(*run);
+  } else if (!options_.quiet) {
+    show_result(*run);
+  }
+  if (state == server::RunState::kFinished) return kExitOk;
+  std::fprintf(stderr, "stopped after generation %zu of %u; go on with:\n  evograsp train --resume %s\n",
+               run->generations.size(), run->info.config.run().generations(), run->path.c_str());
+  return kExitInterrupted;
+}
+
+void Training::show_result(const RunFolder& run) {
+  std::printf("\n%s", to_text(run.plot()).c_str());
+  if (!run.generations.empty()) {
+    const server::GenerationRecord& last = run.generations.back();
+    std::printf("\n%s grasps in %s, %s a second\n", with_commas(last.trials).c_str(),
+                duration(last.seconds).c_str(),
+                with_commas(static_cast<std::uint64_t>(static_cast<double>(last.trials) /
+                                                       std::max(1e-9, last.seconds)))
+                    .c_str());
+  }
+  if (!run.champion) return;
+  const proto::Champion& champion = *run.champion;
+  std::printf("champion: bred in generation %u; grasps %u of %u placements it was never trained on\n",
+              champion.generation(), champion.validation_successes(), champion.validation_trials());
+  const std::string folder = run.path.string();
+  std::printf(
+      "\nNext:\n  evograsp test %s/champion.pb\n  evograsp render %s/champion.pb --out grasp.png\n  xdg-open "
+      "%s/report.html\n",
+      folder.c_str(), folder.c_str(), folder.c_str());
+}
+
+void Training::show_json(const RunFolder& run) {
+  nlohmann::ordered_json out{
+      {"out", run.path.string()}, {"state", run.state}, {"generations", run.generations.size()}};
+  if (!run.generations.empty()) {
+    const server::GenerationRecord& last = run.generations.back();
+    out.update(
+        {{"trials", last.trials}, {"seconds", last.seconds}, {"best", last.best}, {"mean", last.mean}});
+  }
+  if (run.champion) {
+    const proto::Champion& c = *run.champion;
+    out["champion"] = {{"generation", c.generation()},
+                       {"fitness", c.fitness()},
+                       {"validation_trials", c.validation_trials()},
+                       {"validation_successes", c.validation_successes()},
+                       {"validation_fitness", c.validation_fitness()}};
+  }
+  std::cout << out.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << "\n";
+}
+
+int train(const Options& options) {
+  if (options.config.empty() == options.resume.empty()) {
+    return report(Error{ErrorCode::kUsage, "train: give a CONFIG, or --resume DIR"});
+  }
+  if (!options.resume.empty() &&
+      (!options.overrides.empty() || options.seed || !options.objects_from.empty())) {
+    return report(
+        Error{ErrorCode::kUsage,
+              "train: --resume continues a run as it was begun: no --set, --seed or --objects-from"});
+  }
+  auto prepared = options.resume.empty() ? prepare_new(options) : prepare_resumed(options);
+  if (!prepared) return prepared.error();
+  return Training(options, std::move(*prepared)).run();
+}
+
+}  // namespace
+
+void add_train(CLI::App& app, Outcome& outcome) {
+  auto options = std::make_shared<Options>();
+  CLI::App* sub = app.add_subcommand("train", "evolve a grasp controller on this machine");
+  sub->add_option("config", options->config,
+                  "config file, or a built-in one: quick, cylinder, cube, sphere, mug, mesh, thesis_full");
+  sub->add_option("--out", options->out, "run folder to make [runs/NAME, numbered when taken]")
+      ->type_name("DIR");
+  sub->add_option("--resume", options->resume, "go on with the run in this folder, to the same bytes")
+      ->type_name("DIR");
+  sub->add_option("--slots", options->slots, "simulators at work at once; 0: one a core")
+      ->check(CLI::Range(0, 4096))
+      ->capture_default_str();
+  sub->add_option("--seed", options->seed, "the run's seed: the same seed gives the same champion")
+      ->type_name("S");
+  sub->add_option("--set", options->overrides,
+                  "change a value of the config, e.g. neat.population=200 (may be repeated)")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  sub->add_option("--objects-from", options->objects_from, "train on every mesh and object file of a folder")
+      ->type_name("DIR");
+  sub->add_option("--scale", options->scale, "with meshes: file units to metres")
+      ->type_name("X")
+      ->check(CLI::PositiveNumber);
+  sub->add_option("--mass", options->mass, "with meshes: mass in kg, in the place of density")
+      ->type_name("KG")
+      ->check(CLI::PositiveNumber);
+  sub->add_flag("-q,--quiet", options->quiet, "no progress, no plot");
+  sub->add_flag("--json", options->json, "print the result machine-readable");
+  sub->footer(
+      "The folder gets run.db (everything, resumable), champion.pb, fitness.png and report.html.\n"
+      "Ctrl-C commits what is done and says how to go on (exit code 130).\n\n"
+      "Examples:\n"
+      "  evograsp train quick\n"
+      "  evograsp train cube --out runs/cube --seed 7 --set neat.hidden=4\n"
+      "  evograsp train mesh --objects-from meshes/ --scale 0.001\n"
+      "  evograsp train --resume runs/cube");
+  sub->callback([options, &outcome] { outcome.exit_code = train(*options); });
+}
+
+}  // namespace evograsp::cli
