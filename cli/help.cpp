@@ -116,11 +116,10 @@ std::string option_label(const CLI::Option& option) {
   return label;
 }
 
-std::string HelpFormatter::make_help(const CLI::App* app, std::string name, CLI::AppFormatMode) const {
+std::string HelpFormatter::make_help(const CLI::App* app, std::string, CLI::AppFormatMode) const {
   std::ostringstream out;
-  const bool top = app->get_parent() == nullptr;
-  out << full_name(*app) << (top ? ": " : ": ") << app->get_description() << "\n\n";
-  out << usage(*app, name.empty() ? full_name(*app) : name);
+  out << full_name(*app) << ": " << app->get_description() << "\n\n";
+  out << usage(*app, full_name(*app));
   put_options(out, *app, true);
   put_subcommands(out, *app);
   put_options(out, *app, false);

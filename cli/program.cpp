@@ -74,7 +74,7 @@ std::string explain(const CLI::App& app, const CLI::Error& error) {
   const CLI::App& at = deepest(app);
   const std::vector<std::string> extras = app.remaining(true);
   const bool top = &at == &app;
-  if (error.get_name() == "ExtrasError" && !extras.empty()) {
+  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr && !extras.empty()) {
     const std::string& word = extras.front();
     if (word.starts_with("-")) {
       return "unknown option " + word.substr(0, word.find('=')) +
@@ -121,9 +121,6 @@ std::unique_ptr<CLI::App> make_app(Outcome& outcome) {
   app->set_help_flag("-h,--help", "show this help");
   app->require_subcommand(0, 1);
   app->footer(kFooter);
-  add_train(*app, outcome);
-  add_test(*app, outcome);
-  add_validate(*app, outcome);
   add_completions(*app, outcome);
   put_in_groups(*app);
   return app;
