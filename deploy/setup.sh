@@ -10,7 +10,7 @@ build=(
   ca-certificates git g++ cmake ninja-build ccache pkg-config
   libprotobuf-dev protobuf-compiler libzmq3-dev cppzmq-dev libeigen3-dev libexpected-dev
   libbullet-dev libbullet-extras-dev libembree-dev libqhull-dev libassimp-dev liburdfdom-dev
-  libspdlog-dev libcli11-dev libsqlite3-dev sqlite3 libzstd-dev libcpp-httplib-dev libssl-dev nlohmann-json3-dev
+  libspdlog-dev libcli11-dev libsqlite3-dev sqlite3 libzstd-dev libcpp-httplib-dev nlohmann-json3-dev
   prometheus-cpp-dev libpng-dev libcairo2-dev libsodium-dev fonts-dejavu-core
   libgtest-dev libgmock-dev libbenchmark-dev curl procps
 )

@@ -1,6 +1,5 @@
 #include "server/store_open.h"
 
-#include <chrono>
 #include <limits>
 #include <system_error>
 
@@ -150,10 +149,6 @@ Status take_up(Database& database, ResumePoint& point) {
 }
 
 }  // namespace
-
-double unix_time() {
-  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
 
 Result<OpenRun> open_new(const std::filesystem::path& run_dir, const NewRun& run) {
   std::error_code problem;

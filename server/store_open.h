@@ -21,6 +21,4 @@ Result<OpenRun> open_new(const std::filesystem::path& run_dir, const NewRun& run
 // Checks the file, takes up its newest whole state and counts the start.
 Result<OpenRun> open_existing(const std::filesystem::path& run_dir, ResumePoint& point);
 
-double unix_time();
-
 }  // namespace evograsp::server

@@ -1,6 +1,6 @@
 #include "server/store_records.h"
 
-#include "common/digest.h"
+#include <chrono>
 
 namespace evograsp::server {
 
@@ -14,6 +14,10 @@ const char* to_string(Severity severity) {
       return "error";
   }
   return "info";
+}
+
+double unix_time() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
 std::string pack_measurements(std::span<const proto::Measurement> measurements) {

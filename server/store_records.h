@@ -119,6 +119,8 @@ struct WorkerRecord {
   std::uint64_t tasks = 0, trials = 0;   // accepted from it
 };
 
+double unix_time();  // now, s
+
 // Appends one genome's measurements in trial order; equal to serialising proto::Measurements.
 std::string pack_measurements(std::span<const proto::Measurement> measurements);
 Result<std::vector<proto::Measurement>> unpack_measurements(std::string_view packed);
