@@ -55,8 +55,9 @@ Result<Scorer> Scorer::create(const proto::FitnessConfig& c) {
 
 Terms Scorer::trial(const proto::Measurement& m) const {
   Terms t;
-  const bool sane = m.outcome() != proto::NOT_A_NUMBER && std::isfinite(m.quality()) && finite(m.p()) &&
-                    finite(m.s()) && finite(m.o()) && !std::isnan(m.theta());
+  const bool sane = m.outcome() != proto::NOT_A_NUMBER && m.outcome() != proto::NO_TRIAL &&
+                    std::isfinite(m.quality()) && finite(m.p()) && finite(m.s()) && finite(m.o()) &&
+                    !std::isnan(m.theta());
   if (!sane) return t;
   if (!(m.quality() > 0) || m.nearest_object() < m.target_distance()) {
     t.f2 = beta_ / (distance(m.p(), m.o()) + alpha_);

@@ -1,0 +1,145 @@
+#include "common/socket.h"
+
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <cstring>
+
+namespace evograsp {
+
+namespace {
+
+// What a firewall or a sleeping peer may hold back before ZeroMQ looks dead: milliseconds of a duration.
+int milliseconds(double seconds) {
+  return static_cast<int>(seconds * 1000);
+}
+
+void apply(zmq::socket_t& socket, const SocketOptions& options) {
+  socket.set(zmq::sockopt::linger, 0);
+  socket.set(zmq::sockopt::maxmsgsize, options.max_frame_bytes);
+  socket.set(zmq::sockopt::sndhwm, options.high_water);
+  socket.set(zmq::sockopt::rcvhwm, options.high_water);
+  if (options.heartbeat_seconds > 0) {
+    socket.set(zmq::sockopt::heartbeat_ivl, milliseconds(options.heartbeat_seconds));
+    socket.set(zmq::sockopt::heartbeat_timeout, milliseconds(options.silence_seconds));
+    socket.set(zmq::sockopt::heartbeat_ttl, milliseconds(options.silence_seconds));
+  }
+  // A peer that connects and says nothing holds a descriptor this long and no longer.
+  socket.set(zmq::sockopt::handshake_ivl, 5000);
+}
+
+void apply_keys(zmq::socket_t& socket, const CurveKeys& keys) {
+  socket.set(zmq::sockopt::curve_publickey, keys.public_key);
+  socket.set(zmq::sockopt::curve_secretkey, keys.secret_key);
+}
+
+tl::unexpected<Error> socket_error(const std::string& endpoint, const char* what, const zmq::error_t& error) {
+  const ErrorCode code = error.num() == EINVAL ? ErrorCode::kUsage : ErrorCode::kUnavailable;
+  return fail(code, endpoint + ": cannot " + what + ": " + error.what());
+}
+
+}  // namespace
+
+bool is_loopback(const std::string& endpoint) {
+  const auto starts_with = [&](std::string_view prefix) { return endpoint.rfind(prefix, 0) == 0; };
+  return starts_with("inproc://") || starts_with("ipc://") || starts_with("tcp://127.") ||
+         starts_with("tcp://localhost:") || starts_with("tcp://[::1]:");
+}
+
+Status check_exposure(const std::string& endpoint, bool encrypted, bool insecure) {
+  if (is_loopback(endpoint) || encrypted || insecure) return {};
+  return fail(
+      ErrorCode::kUsage,
+      endpoint +
+          ": refusing to listen beyond this machine without keys; make them with `evograsp keygen` and "
+          "set net.curve_secret_key_file and net.curve_allow_file, or spell out --insecure");
+}
+
+Result<zmq::socket_t> make_router(zmq::context_t& context, const SocketOptions& options) {
+  try {
+    zmq::socket_t socket(context, zmq::socket_type::router);
+    apply(socket, options);
+    socket.set(zmq::sockopt::router_mandatory, true);
+    socket.set(zmq::sockopt::backlog, 4096);
+    if (options.curve) {
+      apply_keys(socket, *options.curve);
+      socket.set(zmq::sockopt::curve_server, true);
+      socket.set(zmq::sockopt::zap_domain, "evograsp");
+    }
+    return socket;
+  } catch (const zmq::error_t& error) {
+    return socket_error("ROUTER", "make a socket", error);
+  }
+}
+
+Result<std::string> bind(zmq::socket_t& socket, const std::string& endpoint) {
+  try {
+    socket.bind(endpoint);
+    return socket.get(zmq::sockopt::last_endpoint);
+  } catch (const zmq::error_t& error) {
+    return socket_error(endpoint, "listen", error);
+  }
+}
+
+Result<zmq::socket_t> make_dealer(zmq::context_t& context, const std::string& endpoint,
+                                  const SocketOptions& options) {
+  try {
+    zmq::socket_t socket(context, zmq::socket_type::dealer);
+    apply(socket, options);
+    socket.set(zmq::sockopt::reconnect_ivl, 50);
+    socket.set(zmq::sockopt::reconnect_ivl_max, 500);
+    if (options.curve) {
+      apply_keys(socket, *options.curve);
+      socket.set(zmq::sockopt::curve_serverkey, options.curve->server_key);
+    }
+    socket.connect(endpoint);
+    return socket;
+  } catch (const zmq::error_t& error) {
+    return socket_error(endpoint, "connect", error);
+  }
+}
+
+DisconnectMonitor::DisconnectMonitor(zmq::context_t& context, zmq::socket_t& watched)
+    : watched_(watched), events_(context, zmq::socket_type::pair) {
+  char name[64];
+  std::snprintf(name, sizeof name, "inproc://monitor-%p", static_cast<void*>(this));
+  if (zmq_socket_monitor(watched.handle(), name, ZMQ_EVENT_DISCONNECTED) != 0) throw zmq::error_t();
+  events_.set(zmq::sockopt::linger, 0);
+  events_.connect(name);
+}
+
+DisconnectMonitor::~DisconnectMonitor() {
+  zmq_socket_monitor(watched_.handle(), nullptr, 0);
+}
+
+std::vector<int> DisconnectMonitor::drain() {
+  std::vector<int> closed;
+  zmq::message_t event, address;
+  while (events_.recv(event, zmq::recv_flags::dontwait)) {
+    if (event.more() && !events_.recv(address)) break;
+    if (event.size() != 6) continue;
+    std::uint16_t kind;
+    std::int32_t value;
+    std::memcpy(&kind, event.data(), sizeof kind);
+    std::memcpy(&value, static_cast<const char*>(event.data()) + sizeof kind, sizeof value);
+    if (kind == ZMQ_EVENT_DISCONNECTED) closed.push_back(value);
+  }
+  return closed;
+}
+
+Wakeup::Wakeup() : fd_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {}
+Wakeup::~Wakeup() {
+  if (fd_ >= 0) close(fd_);
+}
+
+void Wakeup::notify() noexcept {
+  const std::uint64_t one = 1;
+  [[maybe_unused]] const ssize_t written = write(fd_, &one, sizeof one);
+}
+
+void Wakeup::clear() noexcept {
+  std::uint64_t count;
+  [[maybe_unused]] const ssize_t got = read(fd_, &count, sizeof count);
+}
+
+}  // namespace evograsp

@@ -1,0 +1,82 @@
+// ZeroMQ sockets with the options that a master and its workers depend on, in one place.
+//
+// Every socket made here has LINGER 0 (shutdown never waits for a peer), a bounded frame size, ZMTP
+// heartbeats, and bounded queues. A socket belongs to one thread.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+#include <zmq.hpp>
+
+#include "common/result.h"
+
+namespace evograsp {
+
+// Keys of CURVE (Bernstein's CurveCP as used by ZeroMQ, RFC 26), Z85 text of 40 characters each.
+struct CurveKeys {
+  std::string public_key;
+  std::string secret_key;
+  std::string server_key;  // clients only: whom they expect to talk to
+};
+
+struct SocketOptions {
+  std::int64_t max_frame_bytes = 64 << 20;  // a peer that sends a larger frame is disconnected
+  double heartbeat_seconds = 0.5;           // ZMTP ping interval; 0: none
+  double silence_seconds = 1.5;             // transport given up after this long without an answer
+  int high_water = 1000;                    // messages queued a peer
+  std::optional<CurveKeys> curve;           // absent: plain text
+};
+
+// True for inproc, ipc and addresses of the loopback interface ("tcp://127.0.0.1:5555", "tcp://[::1]:5555",
+// "tcp://localhost:5555").
+bool is_loopback(const std::string& endpoint);
+
+// An error unless the endpoint is loopback, encrypted, or insecurity has been asked for in so many words.
+Status check_exposure(const std::string& endpoint, bool encrypted, bool insecure);
+
+// A ROUTER, not bound yet. Sends to unknown peers fail (EHOSTUNREACH) instead of vanishing. With CURVE keys
+// every handshake is put to the context's ZAP handler (common/zap.h).
+Result<zmq::socket_t> make_router(zmq::context_t& context, const SocketOptions& options);
+// Binds one more endpoint; gives what was really bound: "tcp://127.0.0.1:*" becomes the port that was free.
+Result<std::string> bind(zmq::socket_t& socket, const std::string& endpoint);
+
+// A DEALER connected to one endpoint; reconnects by itself at random intervals between 50 and 500 ms.
+Result<zmq::socket_t> make_dealer(zmq::context_t& context, const std::string& endpoint,
+                                  const SocketOptions& options);
+
+// Tells when a connection of a bound socket ends, by its file descriptor, long before any heartbeat would.
+// Same thread as the socket it watches.
+class DisconnectMonitor {
+ public:
+  DisconnectMonitor(zmq::context_t& context, zmq::socket_t& watched);
+  ~DisconnectMonitor();
+  DisconnectMonitor(const DisconnectMonitor&) = delete;
+  DisconnectMonitor& operator=(const DisconnectMonitor&) = delete;
+
+  zmq::socket_t& socket() { return events_; }  // readable when something has happened
+  std::vector<int> drain();                    // descriptors whose connection has ended since the last call
+
+ private:
+  zmq::socket_t& watched_;
+  zmq::socket_t events_;
+};
+
+// Wakes a thread that waits in zmq_poll, from any thread or signal handler.
+class Wakeup {
+ public:
+  Wakeup();
+  ~Wakeup();
+  Wakeup(const Wakeup&) = delete;
+  Wakeup& operator=(const Wakeup&) = delete;
+
+  int fd() const { return fd_; }
+  void notify() noexcept;  // async-signal-safe
+  void clear() noexcept;
+
+ private:
+  int fd_;
+};
+
+}  // namespace evograsp

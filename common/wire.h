@@ -1,0 +1,56 @@
+// Messages between master and worker: one Envelope frame, then the raw body frames it announces. Everything
+// that arrives is a stranger's until it has been checked here.
+#pragma once
+
+#include <google/protobuf/arena.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+#include <zmq.hpp>
+
+#include "common/result.h"
+#include "proto/wire.pb.h"
+
+namespace evograsp {
+
+// More body frames than this in one message are a protocol error.
+inline constexpr std::size_t kMaxBodyFrames = 1024;
+
+// What every message of a session carries.
+struct SessionStamp {
+  std::uint64_t run = 0;
+  std::uint64_t epoch = 0;
+  bool operator==(const SessionStamp&) const = default;
+};
+
+// Serialised once, straight into the frame that will be sent.
+zmq::message_t to_frame(const google::protobuf::MessageLite& message);
+zmq::message_t to_frame(std::string_view bytes);
+// A second handle on the same bytes: nothing is copied.
+zmq::message_t share(zmq::message_t& frame);
+
+// An envelope with protocol version and stamp filled in.
+proto::Envelope make_envelope(const SessionStamp& stamp);
+
+enum class SendResult { kSent, kFull, kGone };
+
+// Sends to one peer of a ROUTER (peer: its routing id) or, with an empty peer, through a DEALER. Never
+// blocks: kFull when the peer's queue is full, kGone when no such peer is connected.
+SendResult send(zmq::socket_t& socket, const std::string& peer, zmq::message_t head,
+                std::vector<zmq::message_t> body = {});
+SendResult send(zmq::socket_t& socket, const std::string& peer, const proto::Envelope& envelope);
+
+// One received message. The envelope lives in the arena given to receive().
+struct Received {
+  std::string peer;  // routing id; empty on a DEALER
+  int fd = -1;       // connection it came by; -1 for inproc
+  proto::Envelope* envelope = nullptr;
+  std::vector<zmq::message_t> body;
+  std::string fault;  // not empty: the message is unacceptable, for this reason; envelope is then null
+};
+
+// False when nothing is waiting.
+bool receive(zmq::socket_t& socket, bool from_router, google::protobuf::Arena& arena, Received& received);
+
+}  // namespace evograsp

@@ -1,0 +1,251 @@
+#include "server/dispatch_loop.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace evograsp::server {
+
+namespace {
+
+constexpr int kMessagesATurn = 512;
+
+double unix_time() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+}  // namespace
+
+DispatchLoop::DispatchLoop(zmq::context_t& context, zmq::socket_t router, DispatcherOptions options,
+                           WorkSink& sink)
+    : options_(std::move(options)),
+      sink_(sink),
+      router_(std::move(router)),
+      monitor_(context, router_),
+      scheduler_(options_.scheduler) {
+  for (const ServedAsset& asset : options_.assets) assets_.emplace(asset.id, to_frame(asset.packed));
+}
+
+double DispatchLoop::now() const {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+}
+
+Session* DispatchLoop::find(WorkerId id) {
+  const auto found = by_id_.find(id);
+  return found == by_id_.end() ? nullptr : found->second;
+}
+
+// ---- work ----
+
+void DispatchLoop::begin(Work work) {
+  work_ = std::move(work);
+  networks_.clear();
+  networks_.resize(work_.networks);
+  measurements_.clear();
+  measurements_.resize(work_.networks);
+  scheduler_.begin(work_.networks, static_cast<std::uint32_t>(work_.trials.size()));
+  working_ = true;
+}
+
+void DispatchLoop::add(std::uint32_t first, std::vector<NetworkFrame> networks) {
+  for (NetworkFrame& network : networks) {
+    if (first >= networks_.size()) return;  // of work that has been abandoned
+    networks_[first] = std::move(network);
+    scheduler_.add(first, networks_[first].bytes.size());
+    ++first;
+  }
+  pump_all();
+}
+
+void DispatchLoop::abandon() {
+  scheduler_.abandon();
+  working_ = false;
+  networks_.clear();
+  measurements_.clear();
+  proto::Envelope envelope = make_envelope(options_.stamp);
+  envelope.mutable_cancel();  // of everything
+  for (const auto& [id, session] : by_id_) send(router_, session->peer, envelope);
+}
+
+void DispatchLoop::set_paused(bool paused) {
+  paused_ = paused;
+  if (!paused) pump_all();
+}
+
+void DispatchLoop::dismiss(const std::string& reason) {
+  proto::Envelope envelope = make_envelope(options_.stamp);
+  envelope.mutable_drain()->set_reason(reason);
+  for (const auto& [id, session] : by_id_) send(router_, session->peer, envelope);
+}
+
+// ---- giving out ----
+
+void DispatchLoop::pump(Session& session) {
+  while (give_one(session)) {
+  }
+}
+
+// One task a turn, so that work is spread before it is stacked.
+void DispatchLoop::pump_all() {
+  bool given = true;
+  while (given) {
+    given = false;
+    for (auto at = by_id_.begin(); at != by_id_.end();) {
+      Session& session = *at->second;
+      ++at;  // a worker found gone leaves the map
+      given = give_one(session) || given;
+    }
+  }
+}
+
+bool DispatchLoop::give_one(Session& session) {
+  if (!working_ || paused_ || !session.ready || session.view.state != "active") return false;
+  const std::optional<Assignment> what = scheduler_.next(session.id, now());
+  if (!what) return false;
+  switch (send_task(session, *what)) {
+    case SendResult::kSent:
+      return true;
+    case SendResult::kFull:
+      scheduler_.unsend(session.id, *what);
+      return false;
+    case SendResult::kGone:
+      scheduler_.unsend(session.id, *what);
+      end_session(session, Departure::kDied, "its connection is gone");
+      return false;
+  }
+  return false;
+}
+
+SendResult DispatchLoop::send_task(const Session& session, const Assignment& what) {
+  proto::Envelope envelope = make_envelope(options_.stamp);
+  proto::Task& task = *envelope.mutable_task();
+  task.set_id(what.task);
+  task.set_attempt(what.attempt);
+  task.set_generation(work_.generation);
+  task.set_trial_set(work_.trial_set);
+  if (what.suspect) task.set_suspect(true);
+  if (work_.noop_seconds) task.set_noop_seconds(*work_.noop_seconds);
+  for (std::uint32_t i = 0; i < what.trials; ++i) *task.add_trial() = work_.trials[what.first_trial + i];
+  std::vector<zmq::message_t> bodies;
+  bodies.reserve(what.networks.size());
+  for (const std::uint32_t network : what.networks) {
+    task.add_network(networks_[network].id);
+    bodies.push_back(share(networks_[network].bytes));
+  }
+  return send(router_, session.peer, to_frame(envelope), std::move(bodies));
+}
+
+void DispatchLoop::finish_if_done() {
+  if (!working_ || !scheduler_.finished()) return;
+  working_ = false;
+  sink_.finished();
+}
+
+void DispatchLoop::report_poisoned() {
+  for (const Poisoned& poisoned : scheduler_.take_poisoned()) {
+    ++totals_.evaluations;
+    sink_.poisoned(poisoned);
+  }
+}
+
+// ---- losing workers ----
+
+void DispatchLoop::end_session(Session& session, Departure departure, const std::string& why) {
+  const std::uint32_t held = scheduler_.outstanding(session.id);
+  scheduler_.leave(session.id, departure);
+  session.view.state = "gone";
+  session.view.outstanding = 0;
+  session.view.heard = unix_time();
+  sink_.worker(session.view);
+  const bool died = departure == Departure::kDied;
+  if (died) ++totals_.lost;
+  sink_.event(
+      died, died ? "worker_lost" : "worker_left",
+      "worker " + session.view.identity + ": " + why + "; " + std::to_string(held) + " tasks go to others");
+  by_id_.erase(session.id);
+  sessions_.erase(std::string(session.peer));  // the session dies here
+  report_poisoned();
+}
+
+void DispatchLoop::drop_disconnected() {
+  bool lost = false;
+  for (const int fd : monitor_.drain()) {
+    const auto session =
+        std::find_if(by_id_.begin(), by_id_.end(), [&](const auto& entry) { return entry.second->fd == fd; });
+    if (session == by_id_.end()) continue;
+    end_session(*session->second, Departure::kDied, "its connection ended");
+    lost = true;
+  }
+  if (!lost) return;
+  pump_all();
+  finish_if_done();
+}
+
+void DispatchLoop::lose_silent() {
+  const double latest = now() - options_.silence_seconds;
+  std::vector<Session*> silent;
+  for (const auto& [id, session] : by_id_)
+    if (session->heard < latest) silent.push_back(session);
+  for (Session* session : silent) end_session(*session, Departure::kDied, "nothing heard of it");
+}
+
+void DispatchLoop::expire_tasks() {
+  for (const Scheduler::Hung& hung : scheduler_.expire(now())) {
+    Session* session = find(hung.worker);
+    if (session == nullptr) continue;
+    sink_.event(
+        true, "hung",
+        "worker " + session->view.identity + ": task " + std::to_string(hung.task) + " is past its deadline");
+    if (scheduler_.slots(hung.worker) > 0) continue;
+    refuse(session->peer, "every slot of this worker hangs: restart it", false);
+    end_session(*session, Departure::kLeft, "every slot hangs");
+  }
+  report_poisoned();
+}
+
+// ---- time ----
+
+void DispatchLoop::send_heartbeats() {
+  std::vector<Session*> gone;
+  for (const auto& [id, session] : by_id_) {
+    proto::Envelope envelope = make_envelope(options_.stamp);
+    envelope.mutable_heartbeat()->set_sequence(++session->ping);
+    session->ping_sent = now();
+    if (send(router_, session->peer, envelope) == SendResult::kGone) gone.push_back(session);
+  }
+  for (Session* session : gone) end_session(*session, Departure::kDied, "its connection is gone");
+}
+
+void DispatchLoop::tick() {
+  if (now() >= next_heartbeat_) {
+    next_heartbeat_ = now() + options_.heartbeat_seconds;
+    lose_silent();
+    send_heartbeats();
+  }
+  expire_tasks();
+  pump_all();
+  finish_if_done();
+}
+
+bool DispatchLoop::receive_some() {
+  Received message;
+  for (int i = 0; i < kMessagesATurn; ++i) {
+    if (!receive(router_, true, arena_, message)) return false;
+    handle(message);
+    if (arena_.SpaceUsed() > (1 << 20)) arena_.Reset();
+  }
+  return true;
+}
+
+DispatchView DispatchLoop::view() const {
+  DispatchView view = totals_;
+  view.scheduler = scheduler_.counts();
+  view.trial_seconds = scheduler_.trial_seconds();
+  view.paused = paused_;
+  for (const auto& [id, session] : by_id_) {
+    view.workers.push_back(session->view);
+    view.workers.back().outstanding = scheduler_.outstanding(id);
+  }
+  return view;
+}
+
+}  // namespace evograsp::server

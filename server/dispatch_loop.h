@@ -1,0 +1,104 @@
+// The dispatcher's thread: sessions, messages, time-outs. Everything here runs on that one thread.
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <memory>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "common/log.h"
+#include "server/dispatcher.h"
+
+namespace evograsp::server {
+
+// One worker's connection, from its Hello to its loss.
+struct Session {
+  std::string peer;  // routing id
+  WorkerId id = 0;
+  WorkerView view;
+  int fd = -1;
+  bool ready = false;  // its simulator stands
+  double heard = 0;    // s, monotonic
+  std::uint64_t ping = 0;
+  double ping_sent = 0;
+};
+
+class DispatchLoop {
+ public:
+  // Throws zmq::error_t when the monitor cannot be set up.
+  DispatchLoop(zmq::context_t& context, zmq::socket_t router, DispatcherOptions options, WorkSink& sink);
+
+  zmq::socket_t& router() { return router_; }
+  zmq::socket_t& monitor() { return monitor_.socket(); }
+
+  void begin(Work work);
+  void add(std::uint32_t first, std::vector<NetworkFrame> networks);
+  void abandon();
+  void set_paused(bool paused);
+  void dismiss(const std::string& reason);
+
+  // Handles what has arrived, at most a bounded amount; true when more may be waiting.
+  bool receive_some();
+  void drop_disconnected();
+  // Heartbeats, silences, deadlines, stragglers. Call at least every tick_seconds().
+  void tick();
+  double tick_seconds() const { return 0.02; }
+  DispatchView view() const;
+
+ private:
+  // dispatch_messages.cpp: what peers say.
+  void handle(Received& message);
+  void handle_stranger(Received& message);
+  void handle_session(Session& session, const Received& message);
+  void on_hello(const Received& message);
+  bool supersede(const proto::Hello& hello, const std::string& peer);
+  void on_asset_request(const Received& message);
+  void on_ready(Session& session, const proto::Ready& ready);
+  void on_result(Session& session, const proto::TaskResult& result);
+  void on_heartbeat(Session& session, const proto::Heartbeat& heartbeat);
+  void on_goodbye(Session& session, const proto::Goodbye& goodbye);
+  void cancel(const Scheduler::Accepted& accepted);
+  void accept_measurements(const Assignment& what, const proto::TaskResult& result);
+
+  void welcome(const std::string& peer);
+  void refuse(const std::string& peer, const std::string& reason, bool retry);
+  void misbehaved(const std::string& peer, const std::string& fault);
+  void end_session(Session& session, Departure departure, const std::string& why);
+  void send_heartbeats();
+  void lose_silent();
+  void expire_tasks();
+  void report_poisoned();
+  void pump(Session& session);
+  void pump_all();
+  bool give_one(Session& session);
+  void finish_if_done();
+  SendResult send_task(const Session& session, const Assignment& what);
+  Session* find(WorkerId id);
+  double now() const;
+
+  DispatcherOptions options_;
+  WorkSink& sink_;
+  zmq::socket_t router_;
+  DisconnectMonitor monitor_;
+  Scheduler scheduler_;
+  google::protobuf::Arena arena_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+
+  std::unordered_map<std::string, std::unique_ptr<Session>> sessions_;  // by routing id
+  std::map<WorkerId, Session*> by_id_;
+  WorkerId next_id_ = 1;
+  std::unordered_map<std::string, zmq::message_t> assets_;
+
+  Work work_;
+  std::vector<NetworkFrame> networks_;
+  std::vector<std::vector<proto::Measurement>> measurements_;  // by network
+  bool working_ = false;
+  bool paused_ = false;
+  double next_heartbeat_ = 0;
+  DispatchView totals_;
+  LogLimiter complaints_{10, 1.0};
+};
+
+}  // namespace evograsp::server

@@ -1,0 +1,271 @@
+// What peers say, and what is believed of it.
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "common/version.h"
+#include "server/dispatch_loop.h"
+
+namespace evograsp::server {
+
+namespace {
+
+constexpr std::uint32_t kMaxSlots = 4096;
+constexpr std::size_t kMaxName = 200;
+
+double unix_time() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+// Names come from strangers and end in logs: short, printable, one line.
+std::string clean(const std::string& name) {
+  std::string text = name.substr(0, kMaxName);
+  for (char& c : text)
+    if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) >= 0x7f) c = '?';
+  return text;
+}
+
+}  // namespace
+
+void DispatchLoop::handle(Received& message) {
+  const auto session = sessions_.find(message.peer);
+  if (!message.fault.empty()) {
+    misbehaved(message.peer, message.fault);
+  } else if (session == sessions_.end() || message.envelope->has_hello()) {
+    handle_stranger(message);
+  } else {
+    session->second->heard = now();
+    session->second->view.heard = unix_time();
+    handle_session(*session->second, message);
+  }
+}
+
+// Without a session only a Hello means anything.
+void DispatchLoop::handle_stranger(Received& message) {
+  if (message.envelope->has_hello()) {
+    drop_disconnected();  // the descriptor may have belonged to another connection a moment ago
+    on_hello(message);
+  } else {
+    refuse(message.peer, "no session: say hello", true);
+  }
+}
+
+void DispatchLoop::handle_session(Session& session, const Received& message) {
+  const proto::Envelope& envelope = *message.envelope;
+  if (SessionStamp{envelope.run(), envelope.epoch()} != options_.stamp) return;  // from another master's days
+  if (!message.body.empty()) return misbehaved(message.peer, "body frames where none belong");
+  switch (envelope.body_case()) {
+    case proto::Envelope::kAssetRequest:
+      return on_asset_request(message);
+    case proto::Envelope::kReady:
+      return on_ready(session, envelope.ready());
+    case proto::Envelope::kStarted:
+      return scheduler_.started(session.id, envelope.started().id(), envelope.started().attempt(), now());
+    case proto::Envelope::kResult:
+      return on_result(session, envelope.result());
+    case proto::Envelope::kHeartbeat:
+      return on_heartbeat(session, envelope.heartbeat());
+    case proto::Envelope::kDrain:
+      session.view.state = "draining";
+      return sink_.worker(session.view);
+    case proto::Envelope::kGoodbye:
+      return on_goodbye(session, envelope.goodbye());
+    default:
+      return misbehaved(message.peer, "a message that only a master sends");
+  }
+}
+
+// ---- joining ----
+
+void DispatchLoop::on_hello(const Received& message) {
+  const proto::Hello& hello = message.envelope->hello();
+  const std::string& peer = message.peer;
+  if (!message.body.empty() || hello.slots() < 1 || hello.slots() > kMaxSlots || hello.identity().empty() ||
+      hello.identity().size() > kMaxName)
+    return misbehaved(peer, "a hello without identity, or with no or too many slots");
+  if (hello.build() != kVersion) {
+    ++totals_.refused;
+    const std::string reason = "worker build " + clean(hello.build()) + ", master build " + kVersion +
+                               ": install the same version on both sides";
+    sink_.event(true, "refused", "worker " + clean(hello.identity()) + ": " + reason);
+    return refuse(peer, reason, false);
+  }
+  if (!supersede(hello, peer)) return;
+
+  auto session = std::make_unique<Session>();
+  session->peer = peer;
+  session->id = next_id_++;
+  session->fd = message.fd;
+  session->heard = now();
+  WorkerView& view = session->view;
+  view.identity = clean(hello.identity());
+  view.host = clean(hello.host());
+  view.build = clean(hello.build());
+  view.state = "active";
+  view.pid = hello.pid();
+  view.slots = hello.slots();
+  view.joined = view.heard = unix_time();
+  scheduler_.join(session->id, hello.slots());
+  by_id_[session->id] = session.get();
+  sink_.worker(view);
+  sink_.event(
+      false, "worker_joined",
+      "worker " + view.identity + " on " + view.host + " with " + std::to_string(view.slots) + " slots");
+  sessions_[peer] = std::move(session);
+  welcome(peer);
+}
+
+// One identity, one session. The same process coming back replaces what is left of it; another process is
+// told that the name is taken, until the first one is gone.
+bool DispatchLoop::supersede(const proto::Hello& hello, const std::string& peer) {
+  const std::string identity = clean(hello.identity());
+  const auto same = std::find_if(by_id_.begin(), by_id_.end(), [&](const auto& entry) {
+    return entry.second->view.identity == identity || entry.second->peer == peer;
+  });
+  if (same == by_id_.end()) return true;
+  Session& old = *same->second;
+  const bool comes_back =
+      old.peer == peer || (old.view.pid == hello.pid() && old.view.host == clean(hello.host()));
+  if (!comes_back) {
+    ++totals_.refused;
+    const std::string reason = "identity " + identity + " is in use by process " +
+                               std::to_string(old.view.pid) + " on " + old.view.host +
+                               ": start this worker with another --identity";
+    if (complaints_.allow(now())) sink_.event(true, "refused", reason);
+    refuse(peer, reason, true);
+    return false;
+  }
+  end_session(old, Departure::kLeft, "came back over a new connection");
+  return true;
+}
+
+void DispatchLoop::welcome(const std::string& peer) {
+  proto::Envelope envelope = make_envelope(options_.stamp);
+  proto::Welcome& welcome = *envelope.mutable_welcome();
+  *welcome.mutable_experiment() = options_.experiment;
+  welcome.set_heartbeat_seconds(options_.heartbeat_seconds);
+  welcome.set_silence_seconds(options_.silence_seconds);
+  welcome.set_credit(options_.scheduler.credit);
+  send(router_, peer, envelope);
+}
+
+void DispatchLoop::refuse(const std::string& peer, const std::string& reason, bool retry) {
+  proto::Envelope envelope = make_envelope(options_.stamp);
+  envelope.mutable_refusal()->set_reason(reason);
+  envelope.mutable_refusal()->set_retry(retry);
+  send(router_, peer, envelope);
+}
+
+// Costs the sender its session, and the master a line in the log now and then.
+void DispatchLoop::misbehaved(const std::string& peer, const std::string& fault) {
+  ++totals_.malformed;
+  const auto session = sessions_.find(peer);
+  const bool known = session != sessions_.end();
+  if (complaints_.allow(now()))
+    sink_.event(
+        true, "malformed",
+        (known ? "worker " + session->second->view.identity : std::string("a stranger")) + " sent " + fault);
+  refuse(peer, "refused: " + fault, false);
+  if (!known) return;
+  end_session(*session->second, Departure::kLeft, "sent away");
+  pump_all();
+}
+
+void DispatchLoop::on_asset_request(const Received& message) {
+  const std::string& id = message.envelope->asset_request().id();
+  const auto asset = assets_.find(id);
+  proto::Envelope envelope = make_envelope(options_.stamp);
+  envelope.mutable_asset_reply()->set_id(clean(id));
+  envelope.mutable_asset_reply()->set_found(asset != assets_.end());
+  std::vector<zmq::message_t> body;
+  if (asset != assets_.end()) {
+    envelope.mutable_asset_reply()->set_compressed(true);
+    body.push_back(share(asset->second));
+  }
+  send(router_, message.peer, to_frame(envelope), std::move(body));
+}
+
+void DispatchLoop::on_ready(Session& session, const proto::Ready& ready) {
+  if (ready.fingerprint() != options_.experiment.fingerprint()) {
+    ++totals_.refused;
+    const std::string reason = "the worker's simulator is not the experiment's: fingerprint " +
+                               clean(ready.fingerprint()) + " instead of " +
+                               options_.experiment.fingerprint();
+    sink_.event(true, "refused", "worker " + session.view.identity + ": " + reason);
+    refuse(session.peer, reason, false);
+    return end_session(session, Departure::kLeft, "another experiment");
+  }
+  session.ready = true;
+  pump(session);
+}
+
+// ---- working ----
+
+void DispatchLoop::on_result(Session& session, const proto::TaskResult& result) {
+  const std::optional<Assignment> what = scheduler_.find(session.id, result.id(), result.attempt());
+  if (!what) {
+    scheduler_.count_late();
+    return pump(session);
+  }
+  if (!result.error().empty()) {
+    sink_.event(true, "task_failed", "worker " + session.view.identity + ": " + clean(result.error()));
+    scheduler_.failed(session.id, result.id());
+    report_poisoned();
+    pump_all();
+    return finish_if_done();
+  }
+  const std::size_t expected = what->networks.size() * what->trials;
+  if (static_cast<std::size_t>(result.measurement_size()) != expected)
+    return misbehaved(std::string(session.peer), "a result of " + std::to_string(result.measurement_size()) +
+                                                     " measurements where " + std::to_string(expected) +
+                                                     " were asked for");
+  if (!result.notice().empty()) sink_.notice(clean(result.notice()));
+  const double seconds = static_cast<double>(result.wall_nanoseconds()) * 1e-9;
+  accept_measurements(*what, result);
+  const Scheduler::Accepted accepted = scheduler_.result(session.id, result.id(), seconds);
+  session.view.busy_seconds += seconds;
+  session.view.cpu_seconds += static_cast<double>(result.cpu_nanoseconds()) * 1e-9;
+  session.view.tasks += 1;
+  session.view.trials += expected;
+  totals_.busy_seconds += seconds;
+  totals_.trials += expected;
+  for (const std::uint32_t network : accepted.complete) {
+    ++totals_.evaluations;
+    sink_.evaluated(network, std::move(measurements_[network]));
+  }
+  cancel(accepted);
+  pump(session);
+  finish_if_done();
+}
+
+void DispatchLoop::cancel(const Scheduler::Accepted& accepted) {
+  for (const WorkerId id : accepted.cancel) {
+    Session* other = find(id);
+    if (other == nullptr) continue;
+    proto::Envelope envelope = make_envelope(options_.stamp);
+    envelope.mutable_cancel()->add_id(accepted.assignment.task);
+    send(router_, other->peer, envelope);
+  }
+}
+
+void DispatchLoop::accept_measurements(const Assignment& what, const proto::TaskResult& result) {
+  int next = 0;
+  for (const std::uint32_t network : what.networks) {
+    std::vector<proto::Measurement>& all = measurements_[network];
+    all.resize(work_.trials.size());
+    for (std::uint32_t i = 0; i < what.trials; ++i) all[what.first_trial + i] = result.measurement(next++);
+  }
+}
+
+void DispatchLoop::on_heartbeat(Session& session, const proto::Heartbeat& heartbeat) {
+  if (heartbeat.sequence() != session.ping) return;
+  session.view.round_trip = now() - session.ping_sent;
+  scheduler_.set_round_trip(session.id, session.view.round_trip);
+}
+
+void DispatchLoop::on_goodbye(Session& session, const proto::Goodbye& goodbye) {
+  end_session(session, Departure::kLeft, "says goodbye: " + clean(goodbye.reason()));
+  pump_all();
+}
+
+}  // namespace evograsp::server

@@ -1,0 +1,148 @@
+#include "server/dispatcher.h"
+
+#include <deque>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+#include "server/dispatch_loop.h"
+
+namespace evograsp::server {
+
+namespace {
+
+class DispatcherThread : public Dispatcher {
+ public:
+  DispatcherThread(zmq::context_t& context, zmq::socket_t router, std::vector<std::string> endpoints,
+                   DispatcherOptions options, WorkSink& sink)
+      : endpoints_(std::move(endpoints)),
+        sink_(sink),
+        loop_(context, std::move(router), std::move(options), sink),
+        thread_([this] { run(); }) {}
+
+  ~DispatcherThread() override {
+    post({});
+    thread_.join();
+  }
+
+  void begin(Work work) override {
+    post([shared = std::make_shared<Work>(std::move(work))](DispatchLoop& loop) {
+      loop.begin(std::move(*shared));
+    });
+  }
+  void add(std::uint32_t first, std::vector<NetworkFrame> networks) override {
+    post([first, shared = std::make_shared<std::vector<NetworkFrame>>(std::move(networks))](
+             DispatchLoop& loop) { loop.add(first, std::move(*shared)); });
+  }
+  void abandon() override {
+    post([](DispatchLoop& loop) { loop.abandon(); });
+  }
+  void set_paused(bool paused) override {
+    post([paused](DispatchLoop& loop) { loop.set_paused(paused); });
+  }
+  void dismiss(std::string reason) override {
+    post([text = std::move(reason)](DispatchLoop& loop) { loop.dismiss(text); });
+  }
+
+  DispatchView view() const override {
+    const std::lock_guard lock(mutex_);
+    return view_;
+  }
+  std::vector<std::string> endpoints() const override { return endpoints_; }
+
+ private:
+  using Command = std::function<void(DispatchLoop&)>;  // empty: end
+
+  void post(Command command) {
+    {
+      const std::lock_guard lock(mutex_);
+      commands_.push_back(std::move(command));
+    }
+    wakeup_.notify();
+  }
+
+  void run() {
+    try {
+      while (obey()) {
+        wait();
+        loop_.drop_disconnected();
+        while (loop_.receive_some() && !tick_due()) {
+        }
+        if (tick_due()) tick();
+      }
+    } catch (const std::exception& error) {
+      sink_.broken({ErrorCode::kInternal, std::string("dispatcher: ") + error.what()});
+    }
+  }
+
+  // Runs what other threads have asked for; false when one of them asked for the end.
+  bool obey() {
+    std::deque<Command> commands;
+    {
+      const std::lock_guard lock(mutex_);
+      commands.swap(commands_);
+    }
+    for (const Command& command : commands) {
+      if (!command) return false;
+      command(loop_);
+    }
+    return true;
+  }
+
+  void wait() {
+    zmq::pollitem_t items[] = {{loop_.router().handle(), 0, ZMQ_POLLIN, 0},
+                               {loop_.monitor().handle(), 0, ZMQ_POLLIN, 0},
+                               {nullptr, wakeup_.fd(), ZMQ_POLLIN, 0}};
+    zmq::poll(items, 3, std::chrono::milliseconds(static_cast<int>(loop_.tick_seconds() * 1000)));
+    if (items[2].revents != 0) wakeup_.clear();
+  }
+
+  bool tick_due() const { return std::chrono::steady_clock::now() >= next_tick_; }
+
+  void tick() {
+    loop_.tick();
+    const auto now = std::chrono::steady_clock::now();
+    next_tick_ = now + std::chrono::microseconds(static_cast<int>(loop_.tick_seconds() * 1e6));
+    if (now < next_view_) return;
+    next_view_ = now + std::chrono::milliseconds(200);
+    DispatchView view = loop_.view();
+    const std::lock_guard lock(mutex_);
+    view_ = std::move(view);
+  }
+
+  const std::vector<std::string> endpoints_;
+  WorkSink& sink_;
+  Wakeup wakeup_;
+
+  mutable std::mutex mutex_;  // guards the next two
+  std::deque<Command> commands_;
+  DispatchView view_;
+
+  // The thread's own.
+  DispatchLoop loop_;
+  std::chrono::steady_clock::time_point next_tick_, next_view_;
+  std::thread thread_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Dispatcher>> Dispatcher::create(zmq::context_t& context, DispatcherOptions options,
+                                                       WorkSink& sink) {
+  auto router = make_router(context, options.socket);
+  if (!router) return tl::unexpected(router.error());
+  std::vector<std::string> bound;
+  for (const std::string& endpoint : options.endpoints) {
+    auto real = bind(*router, endpoint);
+    if (!real) return tl::unexpected(real.error());
+    bound.push_back(std::move(*real));
+  }
+  try {
+    return std::make_unique<DispatcherThread>(context, std::move(*router), std::move(bound),
+                                              std::move(options), sink);
+  } catch (const std::exception& error) {
+    return fail(ErrorCode::kInternal, std::string("dispatcher: ") + error.what());
+  }
+}
+
+}  // namespace evograsp::server

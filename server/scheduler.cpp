@@ -1,0 +1,334 @@
+#include "server/scheduler.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace evograsp::server {
+
+namespace {
+
+constexpr double kFirstGuess = 1e-4;            // s a trial, before any has been measured
+constexpr double kSmallestTask = 2.5e-4;        // s: below this, sending costs more than it spreads
+constexpr std::uint32_t kShare = 3;             // tasks a slot that the remaining work is cut into
+constexpr std::size_t kMaxTaskBytes = 1 << 20;  // of networks in one message
+constexpr std::size_t kMaxTaskNetworks = 256;
+constexpr std::uint32_t kMaxCredit = 64;
+constexpr std::uint32_t kMaxCopies = 2;   // of one task at a time
+constexpr double kStragglerFactor = 3;    // times its expected duration, before a task is copied
+constexpr double kStragglerGrace = 0.02;  // s
+constexpr double kLearningRate = 0.2;
+constexpr std::uint8_t kLossesToSuspect = 2;
+
+}  // namespace
+
+Scheduler::Scheduler(const SchedulerOptions& options) : options_(options), trial_seconds_(kFirstGuess) {}
+
+void Scheduler::join(WorkerId worker, std::uint32_t slots) {
+  workers_[worker].slots = slots;
+  total_slots_ += slots;
+}
+
+void Scheduler::leave(WorkerId id, Departure departure) {
+  const auto found = workers_.find(id);
+  if (found == workers_.end()) return;
+  Worker worker = std::move(found->second);
+  workers_.erase(found);
+  total_slots_ -= worker.slots;
+  // Backwards, because requeue() puts work at the front: the oldest task shall be the first again.
+  const std::vector<std::uint64_t> held = worker.tasks;
+  for (auto task = held.rbegin(); task != held.rend(); ++task) {
+    const Task& lost = tasks_.at(*task);
+    if (departure == Departure::kDied) {
+      const auto attempt = std::find_if(lost.attempts.begin(), lost.attempts.end(),
+                                        [&](const Attempt& a) { return a.worker == id; });
+      if (attempt->started >= 0) strike(lost.what, id);
+      for (const std::uint32_t network : lost.what.networks)
+        if (losses_[network] < kLossesToSuspect) ++losses_[network];
+    }
+    end_attempt(id, worker, *task);
+  }
+}
+
+void Scheduler::set_round_trip(WorkerId worker, double seconds) {
+  workers_.at(worker).round_trip = seconds;
+}
+
+void Scheduler::begin(std::uint32_t networks, std::uint32_t trials) {
+  abandon();
+  trials_ = trials;
+  networks_left_ = networks;
+  trials_pending_ = static_cast<std::uint64_t>(networks) * trials;
+  left_.assign(networks, trials);
+  strikes_.assign(networks, {});
+  losses_.assign(networks, 0);
+  bytes_.assign(networks, 0);
+}
+
+void Scheduler::add(std::uint32_t index, std::size_t bytes) {
+  bytes_[index] = static_cast<std::uint32_t>(std::min<std::size_t>(bytes, UINT32_MAX));
+  queue_.push_back({index, 0, trials_});
+}
+
+void Scheduler::abandon() {
+  for (auto& [id, worker] : workers_) {
+    worker.tasks.clear();
+    worker.exclusive = false;
+  }
+  tasks_.clear();
+  queue_.clear();
+  suspects_.clear();
+  poisoned_.clear();
+  networks_left_ = 0;
+  trials_pending_ = 0;
+}
+
+double Scheduler::cost(const Worker& worker) const {
+  return worker.trial_seconds > 0 ? worker.trial_seconds : trial_seconds_;
+}
+
+std::uint32_t Scheduler::credit(const Worker& worker) const {
+  const double task =
+      std::max(kSmallestTask, std::min(options_.task_seconds, task_trials(worker) * cost(worker)));
+  const double wanted = 1 + std::ceil(worker.round_trip / task);
+  const double slot =
+      std::clamp(wanted, static_cast<double>(options_.credit), static_cast<double>(kMaxCredit));
+  return worker.slots * static_cast<std::uint32_t>(slot);
+}
+
+std::uint32_t Scheduler::task_trials(const Worker& worker) const {
+  const double each = cost(worker);
+  const double guided = static_cast<double>(trials_pending_) / (std::max(1U, total_slots_) * kShare);
+  const double most = options_.task_seconds / each;
+  const double least = kSmallestTask / each;
+  return static_cast<std::uint32_t>(std::clamp(std::max(least, std::min(guided, most)), 1.0, 1e9));
+}
+
+std::optional<Assignment> Scheduler::next(WorkerId id, double now) {
+  Worker& worker = workers_.at(id);
+  if (worker.exclusive || worker.slots == 0) return std::nullopt;
+  if (!suspects_.empty() && worker.tasks.empty())
+    if (auto suspect = next_suspect(id, worker, now)) return suspect;
+  if (worker.tasks.size() >= credit(worker)) return std::nullopt;
+  if (!queue_.empty()) {
+    Task task;
+    task.what = cut(worker);
+    return give(id, worker, tasks_.emplace(task.what.task, std::move(task)).first->second, now);
+  }
+  // Copies are for idle slots only: work that waits its turn elsewhere may still be in time.
+  if (!options_.speculate || worker.tasks.size() >= worker.slots) return std::nullopt;
+  Task* slow = straggler(id, now);
+  if (slow == nullptr) return std::nullopt;
+  ++counts_.speculated;
+  return give(id, worker, *slow, now);
+}
+
+// A suspect runs alone on its worker, so that nothing else can be blamed, and on another worker than those it
+// has struck down if there is one.
+std::optional<Assignment> Scheduler::next_suspect(WorkerId id, Worker& worker, double now) {
+  const auto unit = std::find_if(suspects_.begin(), suspects_.end(), [&](const Unit& u) {
+    const std::vector<WorkerId>& struck = strikes_[u.network];
+    return workers_.size() == 1 || std::find(struck.begin(), struck.end(), id) == struck.end();
+  });
+  if (unit == suspects_.end()) return std::nullopt;
+  Task task;
+  task.what = {next_task_++, 0, {unit->network}, unit->first, unit->count, true};
+  trials_pending_ -= unit->count;
+  suspects_.erase(unit);
+  worker.exclusive = true;
+  return give(id, worker, tasks_.emplace(task.what.task, task).first->second, now);
+}
+
+// Takes units from the front of the queue: whole ones of the same trials while they fit, or a part of a large
+// one.
+Assignment Scheduler::cut(const Worker& worker) {
+  const std::uint32_t target = task_trials(worker);
+  Assignment what;
+  what.task = next_task_++;
+  Unit& front = queue_.front();
+  what.first_trial = front.first;
+  what.trials = std::min(front.count, target);
+  // A remainder of less than half a task would cost more than it spreads.
+  if (front.count - what.trials < (what.trials + 1) / 2) what.trials = front.count;
+  if (what.trials < front.count) {
+    what.networks.push_back(front.network);
+    front.first += what.trials;
+    front.count -= what.trials;
+    trials_pending_ -= what.trials;
+    return what;
+  }
+  std::size_t bytes = 0;
+  while (!queue_.empty() && what.networks.size() < kMaxTaskNetworks) {
+    const Unit unit = queue_.front();
+    bytes += bytes_[unit.network];
+    const bool first = what.networks.empty();
+    const bool fits = bytes <= kMaxTaskBytes && (what.networks.size() + 1) * what.trials <= target;
+    const bool same = unit.first == what.first_trial && unit.count == what.trials;
+    if (!first && !(same && fits)) break;
+    what.networks.push_back(unit.network);
+    trials_pending_ -= unit.count;
+    queue_.pop_front();
+  }
+  return what;
+}
+
+// The task that has been out longest, beyond what it should take, with a copy to spare and none of it on this
+// worker.
+Scheduler::Task* Scheduler::straggler(WorkerId id, double now) {
+  Task* oldest = nullptr;
+  for (auto& [number, task] : tasks_) {
+    if (task.attempts.size() >= kMaxCopies || task.what.suspect) continue;
+    const Attempt& attempt = task.attempts.front();
+    if (attempt.worker == id) continue;
+    const double work = trial_seconds_ * task.what.trials * static_cast<double>(task.what.networks.size());
+    const double since = attempt.started >= 0 ? attempt.started : attempt.sent;
+    const double round_trip = workers_.at(attempt.worker).round_trip;
+    if (now - since < kStragglerFactor * work + round_trip + kStragglerGrace) continue;
+    const bool older = oldest == nullptr || attempt.sent < oldest->attempts.front().sent ||
+                       (attempt.sent == oldest->attempts.front().sent && number < oldest->what.task);
+    if (older) oldest = &task;
+  }
+  return oldest;
+}
+
+Assignment Scheduler::give(WorkerId id, Worker& worker, Task& task, double now) {
+  ++counts_.tasks;
+  const std::uint32_t number = task.next_attempt++;
+  task.attempts.push_back({id, number, now, -1});
+  worker.tasks.push_back(task.what.task);
+  Assignment given = task.what;
+  given.attempt = number;
+  return given;
+}
+
+void Scheduler::unsend(WorkerId worker, const Assignment& assignment) {
+  end_attempt(worker, workers_.at(worker), assignment.task);
+}
+
+void Scheduler::started(WorkerId worker, std::uint64_t number, std::uint32_t attempt, double now) {
+  const auto task = tasks_.find(number);
+  if (task == tasks_.end()) return;
+  for (Attempt& a : task->second.attempts)
+    if (a.worker == worker && a.number == attempt) a.started = now;
+}
+
+std::optional<Assignment> Scheduler::find(WorkerId worker, std::uint64_t number,
+                                          std::uint32_t attempt) const {
+  const auto task = tasks_.find(number);
+  if (task == tasks_.end()) return std::nullopt;
+  for (const Attempt& a : task->second.attempts)
+    if (a.worker == worker && a.number == attempt) return task->second.what;
+  return std::nullopt;
+}
+
+Scheduler::Accepted Scheduler::result(WorkerId id, std::uint64_t number, double seconds) {
+  Accepted accepted;
+  const auto found = tasks_.find(number);
+  accepted.assignment = found->second.what;
+  const Assignment& what = accepted.assignment;
+  for (const Attempt& attempt : found->second.attempts) {
+    Worker& holder = workers_.at(attempt.worker);
+    std::erase(holder.tasks, number);
+    if (what.suspect) holder.exclusive = false;
+    if (attempt.worker != id) accepted.cancel.push_back(attempt.worker);
+  }
+  learn(workers_.at(id), seconds, what.networks.size() * what.trials);
+  tasks_.erase(found);
+  for (const std::uint32_t network : what.networks) {
+    if (left_[network] == 0) continue;  // poisoned meanwhile
+    left_[network] -= what.trials;
+    if (left_[network] > 0) continue;
+    accepted.complete.push_back(network);
+    --networks_left_;
+  }
+  return accepted;
+}
+
+void Scheduler::learn(Worker& worker, double seconds, std::size_t trials) {
+  const double each = std::max(1e-7, seconds / static_cast<double>(trials));
+  worker.trial_seconds =
+      worker.trial_seconds > 0 ? worker.trial_seconds + kLearningRate * (each - worker.trial_seconds) : each;
+  trial_seconds_ += kLearningRate * (each - trial_seconds_);
+}
+
+void Scheduler::failed(WorkerId worker, std::uint64_t number) {
+  strike(tasks_.at(number).what, worker);
+  end_attempt(worker, workers_.at(worker), number);
+}
+
+std::vector<Scheduler::Hung> Scheduler::expire(double now) {
+  std::vector<Hung> hung;
+  for (const auto& [number, task] : tasks_)
+    for (const Attempt& attempt : task.attempts)
+      if (attempt.started >= 0 && now - attempt.started > options_.task_deadline)
+        hung.push_back({attempt.worker, number});
+  for (const Hung& h : hung) {
+    Worker& worker = workers_.at(h.worker);
+    if (worker.slots > 0) {
+      --worker.slots;
+      --total_slots_;
+    }
+    ++counts_.expired;
+    strike(tasks_.at(h.task).what, h.worker);
+    end_attempt(h.worker, worker, h.task);
+  }
+  return hung;
+}
+
+void Scheduler::end_attempt(WorkerId id, Worker& worker, std::uint64_t number) {
+  Task& task = tasks_.at(number);
+  std::erase(worker.tasks, number);
+  if (task.what.suspect) worker.exclusive = false;
+  std::erase_if(task.attempts, [&](const Attempt& a) { return a.worker == id; });
+  if (!task.attempts.empty()) return;
+  const Assignment what = std::move(task.what);
+  tasks_.erase(number);
+  requeue(what);
+}
+
+// One unit a network, so that the innocent part from the guilty.
+void Scheduler::requeue(const Assignment& what) {
+  ++counts_.requeued;
+  for (auto network = what.networks.rbegin(); network != what.networks.rend(); ++network) {
+    if (left_[*network] == 0) continue;
+    const bool suspect = !strikes_[*network].empty() || losses_[*network] >= kLossesToSuspect;
+    (suspect ? suspects_ : queue_).push_front({*network, what.first_trial, what.trials});
+    trials_pending_ += what.trials;
+  }
+}
+
+void Scheduler::strike(const Assignment& what, WorkerId by) {
+  for (const std::uint32_t network : what.networks) {
+    if (left_[network] == 0) continue;
+    ++counts_.strikes;
+    strikes_[network].push_back(by);
+    if (strikes_[network].size() >= options_.poison_strikes) poison(network);
+  }
+}
+
+void Scheduler::poison(std::uint32_t network) {
+  poisoned_.push_back({network, static_cast<std::uint32_t>(strikes_[network].size())});
+  left_[network] = 0;
+  --networks_left_;
+  const auto drop = [&](std::deque<Unit>& units) {
+    for (const Unit& unit : units)
+      if (unit.network == network) trials_pending_ -= unit.count;
+    std::erase_if(units, [&](const Unit& unit) { return unit.network == network; });
+  };
+  drop(queue_);
+  drop(suspects_);
+}
+
+std::vector<Poisoned> Scheduler::take_poisoned() {
+  return std::exchange(poisoned_, {});
+}
+
+std::uint32_t Scheduler::outstanding(WorkerId worker) const {
+  return static_cast<std::uint32_t>(workers_.at(worker).tasks.size());
+}
+
+std::uint32_t Scheduler::slots(WorkerId worker) const {
+  return workers_.at(worker).slots;
+}
+
+}  // namespace evograsp::server

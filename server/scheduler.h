@@ -1,0 +1,167 @@
+// Who evaluates what next. A pure machine: no sockets, no threads, no clock (callers say what time it is), so
+// that every decision can be tested. Its decisions change how long a generation takes, never what comes out
+// of it: a trial is a pure function, and the first result of a task is as good as any other.
+//
+// Sizes: a task is a rectangle of networks x trials. Its size follows guided self-scheduling
+// (Polychronopoulos and Kuck, 1987): the work left over (slots x kShare), at most `task_seconds` of work,
+// never so small that sending it costs more than doing it. So tasks are large while there is much to do and
+// all slots finish together.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+namespace evograsp::server {
+
+using WorkerId = std::uint32_t;  // of a session: never reused
+
+struct SchedulerOptions {
+  double task_seconds = 0.05;
+  std::uint32_t credit = 2;  // tasks in flight a slot, at least
+  double task_deadline = 30;
+  std::uint32_t poison_strikes = 3;
+  bool speculate = true;
+};
+
+// Networks x trials [first_trial, first_trial + trials), for one worker.
+struct Assignment {
+  std::uint64_t task = 0;
+  std::uint32_t attempt = 0;
+  std::vector<std::uint32_t> networks;  // indexes into the generation
+  std::uint32_t first_trial = 0, trials = 0;
+  bool suspect = false;
+};
+
+// A network that is given up: it killed or hung workers.
+struct Poisoned {
+  std::uint32_t network = 0;
+  std::uint32_t strikes = 0;
+};
+
+// How a worker's session ended.
+enum class Departure {
+  kLeft,  // said goodbye, was superseded or was sent away: nothing it held is to blame
+  kDied,  // vanished or fell silent: what it had started gets a strike
+};
+
+struct SchedulerCounts {
+  std::uint64_t tasks = 0, requeued = 0, speculated = 0, late = 0, expired = 0, strikes = 0;
+};
+
+// Not thread-safe.
+class Scheduler {
+ public:
+  explicit Scheduler(const SchedulerOptions& options);
+
+  void join(WorkerId worker, std::uint32_t slots);
+  // Everything the worker held goes back to the queue.
+  void leave(WorkerId worker, Departure departure);
+  void set_round_trip(WorkerId worker, double seconds);
+
+  // Starts a generation of `networks` x `trials`; what was still outstanding of the last one is forgotten.
+  void begin(std::uint32_t networks, std::uint32_t trials);
+  // Network `index` can be given out; bytes: its size on the wire.
+  void add(std::uint32_t index, std::size_t bytes);
+  // Drops all work: results that still come are late.
+  void abandon();
+  bool finished() const { return networks_left_ == 0; }
+
+  // The worker's next task, or nothing: its credit is used up, or nothing suits it now.
+  std::optional<Assignment> next(WorkerId worker, double now);
+  // The assignment could not be sent: it goes back, blamelessly.
+  void unsend(WorkerId worker, const Assignment& assignment);
+  void started(WorkerId worker, std::uint64_t task, std::uint32_t attempt, double now);
+
+  struct Accepted {
+    Assignment assignment;
+    std::vector<std::uint32_t> complete;  // networks that now have all their trials
+    std::vector<WorkerId> cancel;         // other workers that hold a copy of the task
+  };
+  // The rectangle that (task, attempt) of this worker stands for; nothing when the result is late or unknown.
+  std::optional<Assignment> find(WorkerId worker, std::uint64_t task, std::uint32_t attempt) const;
+  // The result of a task that find() knows: accepted once. seconds: wall time the slot spent.
+  Accepted result(WorkerId worker, std::uint64_t task, double seconds);
+  // The worker could not do the task (bad bytes): a strike, and back to the queue.
+  void failed(WorkerId worker, std::uint64_t task);
+
+  // A started task that is past its deadline: the worker's slot hangs.
+  struct Hung {
+    WorkerId worker = 0;
+    std::uint64_t task = 0;
+  };
+  // Tasks beyond their deadline at `now`; each is taken from its worker, which loses a slot.
+  std::vector<Hung> expire(double now);
+  // Networks given up since the last call; they count as evaluated.
+  std::vector<Poisoned> take_poisoned();
+
+  std::uint32_t outstanding(WorkerId worker) const;
+  std::uint32_t slots(WorkerId worker) const;
+  std::uint32_t total_slots() const { return total_slots_; }
+  double trial_seconds() const { return trial_seconds_; }
+  void count_late() { ++counts_.late; }
+  const SchedulerCounts& counts() const { return counts_; }
+
+ private:
+  struct Unit {  // consecutive trials of one network
+    std::uint32_t network, first, count;
+  };
+  struct Attempt {
+    WorkerId worker;
+    std::uint32_t number;
+    double sent;
+    double started = -1;
+  };
+  struct Task {
+    Assignment what;
+    std::vector<Attempt> attempts;  // now running or queued somewhere
+    std::uint32_t next_attempt = 0;
+  };
+  struct Worker {
+    std::uint32_t slots = 0;
+    std::vector<std::uint64_t> tasks;  // in the order sent
+    double round_trip = 0;
+    double trial_seconds = 0;  // 0: not measured yet
+    bool exclusive = false;    // holds a suspect, and nothing else
+  };
+
+  std::uint32_t credit(const Worker& worker) const;
+  double cost(const Worker& worker) const;
+  std::uint32_t task_trials(const Worker& worker) const;
+  std::optional<Assignment> next_suspect(WorkerId id, Worker& worker, double now);
+  Assignment cut(const Worker& worker);
+  Task* straggler(WorkerId id, double now);
+  Assignment give(WorkerId id, Worker& worker, Task& task, double now);
+  // Takes the attempt of this worker off the task; without attempts left the task ends and its work is
+  // queued.
+  void end_attempt(WorkerId id, Worker& worker, std::uint64_t task);
+  void requeue(const Assignment& what);
+  void strike(const Assignment& what, WorkerId by);
+  void learn(Worker& worker, double seconds, std::size_t trials);
+  void poison(std::uint32_t network);
+
+  SchedulerOptions options_;
+  std::map<WorkerId, Worker> workers_;
+  std::uint32_t total_slots_ = 0;
+  double trial_seconds_;
+
+  std::uint32_t trials_ = 0;
+  std::uint32_t networks_left_ = 0;
+  std::uint64_t trials_pending_ = 0;            // in the queues or not added yet
+  std::vector<std::uint32_t> left_;             // trials missing, by network
+  std::vector<std::vector<WorkerId>> strikes_;  // by network: who was struck down by it
+  std::vector<std::uint8_t> losses_;            // workers lost while holding it, by network
+  std::vector<std::uint32_t> bytes_;            // by network
+  std::deque<Unit> queue_;
+  std::deque<Unit> suspects_;
+  std::unordered_map<std::uint64_t, Task> tasks_;
+  std::uint64_t next_task_ = 1;
+  std::vector<Poisoned> poisoned_;
+  SchedulerCounts counts_;
+};
+
+}  // namespace evograsp::server
