@@ -11,6 +11,10 @@
 
 namespace evograsp {
 
+// Synchronous updates that a recurrent network gets for one decision, wherever it runs: enough for an input to
+// pass three hidden nodes in a row.
+inline constexpr int kRecurrentSteps = 4;
+
 // The columns of a network, wherever they are stored: see proto::Network for their meaning.
 struct NetworkColumns {
   std::uint32_t inputs = 0;

@@ -2,13 +2,11 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "common/result.h"
-
-namespace zmq {
-class context_t;
-}
+#include "common/socket.h"
 
 namespace evograsp::worker {
 
@@ -24,7 +22,8 @@ class Worker {
   static Result<std::unique_ptr<Worker>> create(WorkerOptions options);
   virtual ~Worker() = default;
   // Serves until drained, refused for good, or stopped. Reconnects with backoff and jitter when the master
-  // goes away. Blocks.
+  // goes away. Blocks. kUnavailable: refused for good, or a slot did not finish in time when drained;
+  // kInvalid: the master's experiment cannot be simulated here.
   virtual Status run() = 0;
   virtual void drain() = 0;  // finish what has started, hand back the rest, say goodbye; from any thread
   virtual void stop() = 0;   // at once

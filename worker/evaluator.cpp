@@ -1,0 +1,127 @@
+#include "worker/evaluator.h"
+
+#include <algorithm>
+#include <chrono>
+#include <thread>
+#include <utility>
+
+#include "worker/steps.h"
+
+namespace evograsp::worker {
+
+proto::Measurement to_proto(const sim::Measurement& m) {
+  proto::Measurement out;
+  out.set_outcome(m.outcome);
+  out.set_quality(m.quality);
+  out.set_contacts(static_cast<std::uint32_t>(m.contacts));
+  out.set_obstructions(static_cast<std::uint32_t>(m.obstructions));
+  *out.mutable_p() = evograsp::to_proto(m.p);
+  *out.mutable_s() = evograsp::to_proto(m.s);
+  *out.mutable_o() = evograsp::to_proto(m.o);
+  out.set_nearest_object(m.nearest_object);
+  out.set_target_distance(m.target_distance);
+  out.set_theta(m.theta);
+  return out;
+}
+
+Evaluator::Evaluator(std::shared_ptr<SharedSimulator> shared) : shared_(std::move(shared)) {
+  if (shared_) workspace_ = shared_->simulator->make_workspace();
+}
+
+Evaluator::~Evaluator() = default;
+
+void Evaluator::evaluate(const proto::Task& task, const std::vector<zmq::message_t>& networks,
+                         proto::TaskResult& result) {
+  *result.mutable_network() = task.network();
+  if (task.network_size() != static_cast<int>(networks.size())) {
+    result.set_error("a task of " + std::to_string(task.network_size()) + " networks came with " +
+                     std::to_string(networks.size()));
+  } else if (task.has_noop_seconds()) {
+    if (task.noop_seconds() > 0)
+      std::this_thread::sleep_for(std::chrono::duration<double>(task.noop_seconds()));
+    for (int i = 0; i < task.network_size() * task.trial_size(); ++i) result.add_measurement();
+  } else if (!shared_) {
+    result.set_error("this worker has no simulator");
+  } else {
+    try {
+      simulate(task, networks, result);
+    } catch (const std::exception& error) {
+      result.set_error(error.what());
+    }
+  }
+  if (result.has_error()) result.clear_measurement();
+}
+
+void Evaluator::simulate(const proto::Task& task, const std::vector<zmq::message_t>& networks,
+                         proto::TaskResult& result) {
+  gather(task, result);
+  for (std::size_t i = 0; i < networks.size(); ++i) {
+    const Result<Network> network = compile(networks[i]);
+    if (!network) {
+      result.set_error("network " + std::to_string(task.network(static_cast<int>(i))) + ": " +
+                       network.error().message);
+      return;
+    }
+    measure(*network, result);
+  }
+}
+
+// The task's scenarios, and their input vectors row by row.
+void Evaluator::gather(const proto::Task& task, proto::TaskResult& result) {
+  std::vector<const proto::TrialKey*> keys;
+  for (const proto::TrialKey& key : task.trial()) keys.push_back(&key);
+  scenarios_ = shared_->scenarios.get(task.trial_set())->prepare(*shared_->simulator, keys);
+  const auto width = static_cast<std::size_t>(shared_->simulator->inputs());
+  inputs_.assign(scenarios_.size() * width, 0);
+  outputs_.assign(scenarios_.size() * sim::kOutputs, 0);
+  for (std::size_t i = 0; i < scenarios_.size(); ++i) {
+    const Scenario& scenario = *scenarios_[i];
+    if (scenario.fault.empty())
+      std::copy(scenario.inputs.begin(), scenario.inputs.end(),
+                inputs_.begin() + static_cast<long>(i * width));
+    else
+      result.set_notice(scenario.fault);
+  }
+}
+
+Result<Network> Evaluator::compile(const zmq::message_t& bytes) const {
+  proto::Network message;
+  if (!message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size())))
+    return fail(ErrorCode::kInvalid, "not a network");
+  Result<Network> network = Network::from_proto(message);
+  if (!network) return network;
+  if (network->inputs() != shared_->simulator->inputs() || network->outputs() != sim::kOutputs)
+    return fail(ErrorCode::kInvalid, std::to_string(network->inputs()) + " inputs and " +
+                                         std::to_string(network->outputs()) + " outputs, the simulator has " +
+                                         std::to_string(shared_->simulator->inputs()) + " and " +
+                                         std::to_string(sim::kOutputs));
+  return network;
+}
+
+void Evaluator::measure(const Network& network, proto::TaskResult& result) {
+  const sim::Simulator& simulator = *shared_->simulator;
+  const bool box = simulator.experiment().trials().bounding_box();
+  network.activate_batch(inputs_, outputs_, static_cast<int>(scenarios_.size()), scratch_, kRecurrentSteps);
+  for (std::size_t i = 0; i < scenarios_.size(); ++i) {
+    const Scenario& scenario = *scenarios_[i];
+    if (!scenario.fault.empty()) {
+      result.add_measurement()->set_outcome(proto::NO_TRIAL);
+      continue;
+    }
+    const std::span<const float> outputs(outputs_.data() + i * sim::kOutputs, sim::kOutputs);
+    const Pose tool = simulator.decode(outputs, scenario.info, box);
+    *result.add_measurement() =
+        to_proto(simulator.get_quality(scenario.placements, scenario.target, tool, *workspace_));
+  }
+}
+
+void Evaluator::step(const proto::StepRequest& request, proto::StepReply& reply) {
+  reply.set_id(request.id());
+  reply.set_client(request.client());
+  if (!shared_)
+    reply.set_error("this worker has no simulator");
+  else
+    answer_step(*shared_->simulator, *workspace_, request, reply);
+}
+
+}  // namespace evograsp::worker

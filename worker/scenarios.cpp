@@ -1,0 +1,81 @@
+#include "worker/scenarios.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace evograsp::worker {
+
+namespace {
+
+std::shared_ptr<const Scenario> make_scenario(const sim::Simulator& simulator, const proto::TrialKey& key) {
+  auto scenario = std::make_shared<Scenario>();
+  if (key.target() >= static_cast<std::uint32_t>(simulator.object_count())) {
+    scenario->fault = "there is no object " + std::to_string(key.target());
+    return scenario;
+  }
+  scenario->target = static_cast<int>(key.target());
+  Result<sim::Placements> placements = simulator.shuffle(key.seed());
+  if (!placements) {
+    scenario->fault = placements.error().message;
+    return scenario;
+  }
+  Result<sim::Info> info = simulator.get_info(*placements, scenario->target, static_cast<int>(key.click()),
+                                              simulator.experiment().trials().bounding_box());
+  if (!info) {
+    scenario->fault = info.error().message;
+    return scenario;
+  }
+  scenario->placements = std::move(*placements);
+  scenario->info = std::move(*info);
+  scenario->inputs.resize(static_cast<std::size_t>(simulator.inputs()));
+  scenario->info.write_inputs(scenario->inputs);
+  return scenario;
+}
+
+}  // namespace
+
+std::vector<std::shared_ptr<const Scenario>> TrialSet::prepare(const sim::Simulator& simulator,
+                                                               std::span<const proto::TrialKey* const> keys) {
+  const auto key_of = [](const proto::TrialKey* k) { return Key{k->seed(), k->target(), k->click()}; };
+  for (const proto::TrialKey* key : keys)
+    if (claim(key_of(key))) publish(key_of(key), make_scenario(simulator, *key));
+  std::vector<std::shared_ptr<const Scenario>> scenarios;
+  scenarios.reserve(keys.size());
+  for (const proto::TrialKey* key : keys) scenarios.push_back(wait(key_of(key)));
+  return scenarios;
+}
+
+bool TrialSet::claim(const Key& key) {
+  const std::lock_guard lock(mutex_);
+  return scenarios_.try_emplace(key).second;
+}
+
+void TrialSet::publish(const Key& key, std::shared_ptr<const Scenario> scenario) {
+  {
+    const std::lock_guard lock(mutex_);
+    scenarios_[key] = std::move(scenario);
+  }
+  prepared_.notify_all();
+}
+
+std::shared_ptr<const Scenario> TrialSet::wait(const Key& key) {
+  std::unique_lock lock(mutex_);
+  const auto entry = scenarios_.find(key);
+  prepared_.wait(lock, [&] { return entry->second != nullptr; });
+  return entry->second;
+}
+
+std::shared_ptr<TrialSet> ScenarioCache::get(std::uint64_t name) {
+  const std::lock_guard lock(mutex_);
+  const auto found =
+      std::find_if(sets_.begin(), sets_.end(), [&](const auto& set) { return set.first == name; });
+  if (found != sets_.end()) {
+    sets_.splice(sets_.begin(), sets_, found);
+  } else {
+    sets_.emplace_front(name, std::make_shared<TrialSet>());
+    if (sets_.size() > kKept) sets_.pop_back();
+  }
+  return sets_.front().second;
+}
+
+}  // namespace evograsp::worker

@@ -1,0 +1,323 @@
+#include "worker/session.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <random>
+#include <utility>
+
+#include "common/log.h"
+#include "common/version.h"
+
+namespace evograsp::worker {
+
+namespace {
+
+constexpr double kFirstPatience = 0.5, kMostPatience = 1.0;  // s: a master that is back is found within this
+constexpr double kSlowestTick = 0.1;
+
+std::chrono::milliseconds milliseconds(double seconds) {
+  return std::chrono::milliseconds(static_cast<int>(seconds * 1000));
+}
+
+// A thousand workers shall not knock at once. Affects no result.
+double jitter() {
+  thread_local std::minstd_rand engine{std::random_device{}()};
+  return 0.75 + 0.5 * static_cast<double>(engine() - std::minstd_rand::min()) /
+                    static_cast<double>(std::minstd_rand::max() - std::minstd_rand::min());
+}
+
+std::string host_name() {
+  char name[256] = {};
+  gethostname(name, sizeof name - 1);
+  return name;
+}
+
+}  // namespace
+
+struct Session::Built {
+  std::uint64_t session = 0;
+  std::atomic<bool> ready{false};
+  Result<std::shared_ptr<const sim::Simulator>> simulator{nullptr};
+};
+
+Session::Session(zmq::context_t& context, const WorkerOptions& options, Wakeup& wakeup,
+                 const std::atomic<int>& order)
+    : context_(context), options_(options), wakeup_(wakeup), order_(order), slots_(options.slots, wakeup) {}
+
+Status Session::run() {
+  while (!done_) {
+    if (!connected_)
+      if (Status status = connect(); !status) return status;
+    wait();
+    send_events();
+    read_all();
+    obey();
+    check_silence();
+    if (lost_) pause();
+  }
+  disconnect();
+  if (error_) return tl::unexpected(*error_);
+  return {};
+}
+
+// ---- connection ----
+
+Status Session::connect() {
+  SocketOptions options;
+  options.curve = options_.curve;
+  auto socket = make_dealer(context_, options_.connect, options);
+  if (!socket) return tl::unexpected(socket.error());
+  socket_ = std::move(*socket);
+  connected_ = true;
+  lost_ = false;
+  ++session_;
+  state_ = State::kGreeting;
+  heard_ = Clock::now();
+  proto::Envelope envelope = make_envelope({});
+  proto::Hello& hello = *envelope.mutable_hello();
+  hello.set_build(kVersion);
+  hello.set_host(host_name());
+  hello.set_pid(static_cast<std::uint32_t>(getpid()));
+  hello.set_slots(static_cast<std::uint32_t>(options_.slots));
+  hello.set_identity(options_.identity);
+  hello.set_fingerprint(fingerprint_);
+  send(socket_, {}, envelope);
+  return {};
+}
+
+void Session::disconnect() {
+  if (!connected_) return;
+  socket_.close();
+  connected_ = false;
+  slots_.take_back();
+  unfinished_ = 0;
+  built_.reset();
+}
+
+// After a loss: what was given out by the old session is forgotten, the next try waits a little longer.
+void Session::pause() {
+  disconnect();
+  if (done_) return;
+  const auto until = Clock::now() + milliseconds(0.1 * jitter());
+  while (Clock::now() < until && order_ == kServe) {
+    zmq::pollitem_t item{nullptr, wakeup_.fd(), ZMQ_POLLIN, 0};
+    zmq::poll(&item, 1, milliseconds(0.02));
+    if (item.revents != 0) wakeup_.clear();
+  }
+  slots_.take_events();
+  patience_ = std::min(patience_ * 1.5, kMostPatience);
+}
+
+void Session::wait() {
+  zmq::pollitem_t items[] = {{socket_.handle(), 0, ZMQ_POLLIN, 0}, {nullptr, wakeup_.fd(), ZMQ_POLLIN, 0}};
+  zmq::poll(items, 2, milliseconds(std::min(kSlowestTick, silence_seconds_ / 4)));
+  if (items[1].revents != 0) wakeup_.clear();
+}
+
+void Session::check_silence() {
+  const double limit = state_ == State::kGreeting ? patience_ * jitter() : silence_seconds_;
+  if (Clock::now() - heard_ < milliseconds(limit)) return;
+  if (state_ != State::kGreeting) spdlog::warn("the master is silent: connecting anew");
+  lost_ = true;
+}
+
+void Session::give_up(Error error) {
+  error_ = std::move(error);
+  done_ = true;
+}
+
+// ---- what the master says ----
+
+void Session::read_all() {
+  Received message;
+  while (!done_ && !lost_ && receive(socket_, false, arena_, message)) {
+    heard_ = Clock::now();
+    if (message.envelope == nullptr)
+      give_up({ErrorCode::kUnavailable, options_.connect + ": sent " + message.fault});
+    else
+      handle(message);
+    message.envelope = nullptr;
+    arena_.Reset();
+  }
+}
+
+void Session::handle(Received& message) {
+  const proto::Envelope& envelope = *message.envelope;
+  const SessionStamp stamp{envelope.run(), envelope.epoch()};
+  if (envelope.has_welcome()) return on_welcome(envelope.welcome(), stamp);
+  if (envelope.has_refusal()) return on_refusal(envelope.refusal());
+  if (state_ == State::kGreeting || stamp != stamp_) return;
+  switch (envelope.body_case()) {
+    case proto::Envelope::kAssetReply:
+      return on_asset(envelope.asset_reply(), message.body);
+    case proto::Envelope::kTask:
+    case proto::Envelope::kStepRequest:
+      return enqueue(message);
+    case proto::Envelope::kCancel:
+      return on_cancel(envelope.cancel());
+    case proto::Envelope::kHeartbeat: {
+      proto::Envelope answer = make_envelope(stamp_);
+      answer.mutable_heartbeat()->set_sequence(envelope.heartbeat().sequence());
+      answer.mutable_heartbeat()->set_busy_slots(static_cast<std::uint32_t>(slots_.busy()));
+      answer.mutable_heartbeat()->set_queued(static_cast<std::uint32_t>(slots_.queued()));
+      send(socket_, {}, answer);
+      return;
+    }
+    case proto::Envelope::kDrain:
+      return on_drain(envelope.drain());
+    default:
+      return;
+  }
+}
+
+void Session::on_welcome(const proto::Welcome& welcome, const SessionStamp& stamp) {
+  stamp_ = stamp;
+  silence_seconds_ = std::clamp(welcome.silence_seconds(), 0.05, 3600.0);
+  patience_ = kFirstPatience;
+  spdlog::info("welcome to {}: {} slots", options_.connect, options_.slots);
+  if (welcome.experiment().object_id().empty()) {  // no-op work only
+    fingerprint_ = welcome.experiment().fingerprint();
+    slots_.set_simulator(nullptr);
+    return announce_ready();
+  }
+  if (fingerprint_ == welcome.experiment().fingerprint()) return announce_ready();
+  state_ = State::kLoading;
+  if (Status status = loader_.begin(welcome.experiment()); !status) {
+    farewell_ = status.error().message;
+    return give_up(status.error());
+  }
+  request_assets();
+}
+
+void Session::on_refusal(const proto::Refusal& refusal) {
+  if (!refusal.retry())
+    return give_up({ErrorCode::kUnavailable, options_.connect + " refuses: " + refusal.reason()});
+  spdlog::warn("{} refuses for now: {}", options_.connect, refusal.reason());
+  lost_ = true;
+}
+
+void Session::request_assets() {
+  const std::vector<std::string> missing = loader_.missing();
+  if (missing.empty()) return build_simulator();
+  for (const std::string& id : missing) {
+    proto::Envelope envelope = make_envelope(stamp_);
+    envelope.mutable_asset_request()->set_id(id);
+    send(socket_, {}, envelope);
+  }
+}
+
+void Session::on_asset(const proto::AssetReply& reply, const std::vector<zmq::message_t>& body) {
+  if (state_ != State::kLoading || built_) return;
+  if (!reply.found() || body.size() != 1)
+    return give_up({ErrorCode::kNotFound, options_.connect + " does not have asset " + reply.id()});
+  const Status status = loader_.accept(reply.id(), body[0].to_string_view());
+  if (!status) return give_up({status.error().code, options_.connect + ": " + status.error().message});
+  if (loader_.missing().empty()) build_simulator();
+}
+
+// On a slot: heartbeats go on meanwhile.
+void Session::build_simulator() {
+  built_ = std::make_shared<Built>();
+  Job job;
+  job.errand = [built = built_, loader = loader_, &wakeup = wakeup_] {
+    built->simulator = loader.build();
+    built->ready = true;
+    wakeup.notify();
+  };
+  slots_.push(std::move(job));
+}
+
+void Session::announce_ready() {
+  state_ = State::kServing;
+  proto::Envelope envelope = make_envelope(stamp_);
+  envelope.mutable_ready()->set_fingerprint(fingerprint_);
+  send(socket_, {}, envelope);
+}
+
+void Session::enqueue(Received& message) {
+  if (state_ != State::kServing) return;
+  Job job;
+  job.stamp = stamp_;
+  job.session = session_;
+  job.envelope = *message.envelope;
+  job.networks = std::move(message.body);
+  if (job.envelope.has_task()) ++unfinished_;
+  slots_.push(std::move(job));
+}
+
+void Session::on_cancel(const proto::Cancel& cancel) {
+  const int before = slots_.queued();
+  if (cancel.id().empty())
+    slots_.take_back();
+  else
+    slots_.cancel({cancel.id().data(), static_cast<std::size_t>(cancel.id_size())});
+  unfinished_ -= before - slots_.queued();
+}
+
+void Session::on_drain(const proto::Drain& drain) {
+  spdlog::info("{} has no more work: {}", options_.connect, drain.reason());
+  if (options_.once) done_ = true;
+  lost_ = true;
+}
+
+// ---- what the slots and the operator say ----
+
+void Session::send_events() {
+  std::vector<SlotEvent> events = slots_.take_events();
+  for (std::size_t i = 0; i < events.size(); ++i) {
+    SlotEvent& event = events[i];
+    if (event.session != session_ || !master_listens()) continue;
+    // Started and done by now: the result says it all.
+    const auto is_done = [&](const SlotEvent& later) { return later.task == event.task && !later.started; };
+    if (event.started && std::any_of(events.begin() + static_cast<long>(i), events.end(), is_done)) continue;
+    if (!event.started && event.task != 0) --unfinished_;
+    send(socket_, {}, std::move(event.frame));
+  }
+  if (!built_ || !built_->ready) return;
+  const auto built = std::exchange(built_, nullptr);
+  if (!built->simulator) {
+    farewell_ = built->simulator.error().message;
+    return give_up(built->simulator.error());
+  }
+  auto shared = std::make_shared<SharedSimulator>();
+  shared->simulator = *built->simulator;
+  slots_.set_simulator(std::move(shared));
+  fingerprint_ = loader_.experiment().fingerprint();
+  announce_ready();
+}
+
+void Session::obey() {
+  if (order_ == kStop) done_ = true;
+  if (order_ == kDrain && state_ != State::kDraining) {
+    if (state_ != State::kServing) {
+      done_ = true;
+    } else {
+      state_ = State::kDraining;
+      drain_deadline_ = Clock::now() + milliseconds(options_.drain_seconds);
+      handed_back_ = slots_.take_back();
+      unfinished_ -= static_cast<int>(handed_back_.size());
+      spdlog::info("draining: {} tasks to finish, {} handed back", unfinished_, handed_back_.size());
+      proto::Envelope envelope = make_envelope(stamp_);
+      envelope.mutable_drain()->set_reason("asked to");
+      send(socket_, {}, envelope);
+      farewell_ = "drained";
+    }
+  }
+  if (state_ == State::kDraining && drained()) done_ = true;
+  if (!done_ || !connected_ || state_ == State::kGreeting) return;
+  proto::Envelope envelope = make_envelope(stamp_);
+  envelope.mutable_goodbye()->set_reason(farewell_.empty() ? "stopped" : farewell_);
+  for (const std::uint64_t task : handed_back_) envelope.mutable_goodbye()->add_unfinished(task);
+  socket_.set(zmq::sockopt::linger, 200);
+  send(socket_, {}, envelope);
+}
+
+bool Session::drained() {
+  if (unfinished_ <= 0) return true;
+  if (Clock::now() < drain_deadline_) return false;
+  error_ = Error{ErrorCode::kUnavailable, "a slot did not finish in time: its task goes back to the master"};
+  return true;
+}
+
+}  // namespace evograsp::worker

@@ -1,0 +1,86 @@
+// The worker's side of the protocol: one connection at a time, on one thread.
+//
+//   greeting --Welcome--> loading --simulator stands--> serving --drain--> draining --> end
+//      ^                     |                             |
+//      +---- silence or a refusal that may pass: a new connection after a pause ----+
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "common/socket.h"
+#include "common/wire.h"
+#include "worker/loader.h"
+#include "worker/slots.h"
+#include "worker/worker.h"
+
+namespace evograsp::worker {
+
+class Session {
+ public:
+  // `orders` is notified when drain or stop has been set.
+  Session(zmq::context_t& context, const WorkerOptions& options, Wakeup& wakeup,
+          const std::atomic<int>& order);
+
+  enum Order { kServe, kDrain, kStop };
+  Status run();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  enum class State { kGreeting, kLoading, kServing, kDraining };
+
+  Status connect();
+  void disconnect();
+  void pause();
+  void wait();
+  void read_all();
+  void handle(Received& message);
+  void on_welcome(const proto::Welcome& welcome, const SessionStamp& stamp);
+  void on_refusal(const proto::Refusal& refusal);
+  void on_asset(const proto::AssetReply& reply, const std::vector<zmq::message_t>& body);
+  void on_cancel(const proto::Cancel& cancel);
+  void on_drain(const proto::Drain& drain);
+  void request_assets();
+  void build_simulator();
+  void announce_ready();
+  void enqueue(Received& message);
+  void send_events();
+  void check_silence();
+  void obey();
+  bool drained();
+  void give_up(Error error);
+  bool master_listens() const { return state_ == State::kServing || state_ == State::kDraining; }
+
+  zmq::context_t& context_;
+  const WorkerOptions& options_;
+  Wakeup& wakeup_;
+  const std::atomic<int>& order_;
+  SlotPool slots_;
+  Loader loader_;
+  google::protobuf::Arena arena_;
+
+  zmq::socket_t socket_;
+  State state_ = State::kGreeting;
+  bool connected_ = false;
+  bool lost_ = false;          // this connection has ended
+  std::uint64_t session_ = 0;  // counts connections
+  SessionStamp stamp_;
+  double silence_seconds_ = 1.5;
+  double patience_ = 0.5;  // s, for a Welcome; grows while there is no master
+  Clock::time_point heard_{}, drain_deadline_{};
+  std::string fingerprint_;  // of the simulator that stands
+  std::string farewell_;
+  int unfinished_ = 0;  // tasks taken and not answered
+  std::vector<std::uint64_t> handed_back_;
+  std::optional<Error> error_;  // why run() returns
+  bool done_ = false;
+
+  // Filled by the slot that builds a simulator.
+  struct Built;
+  std::shared_ptr<Built> built_;
+};
+
+}  // namespace evograsp::worker

@@ -1,0 +1,159 @@
+#include "worker/slots.h"
+
+#include <time.h>
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+namespace evograsp::worker {
+
+namespace {
+
+// How long a suspect waits after its start has been announced, so that the news is out before it can do harm.
+constexpr auto kAnnouncement = std::chrono::milliseconds(50);
+
+std::uint64_t thread_nanoseconds() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<std::uint64_t>(t.tv_sec) * 1000000000U + static_cast<std::uint64_t>(t.tv_nsec);
+}
+
+zmq::message_t started_frame(const Job& job) {
+  proto::Envelope envelope = make_envelope(job.stamp);
+  envelope.mutable_started()->set_id(job.envelope.task().id());
+  envelope.mutable_started()->set_attempt(job.envelope.task().attempt());
+  return to_frame(envelope);
+}
+
+zmq::message_t result_frame(const Job& job, Evaluator& evaluator) {
+  const auto start = std::chrono::steady_clock::now();
+  const std::uint64_t cpu = thread_nanoseconds();
+  const proto::Task& task = job.envelope.task();
+  google::protobuf::Arena arena;
+  auto& envelope = *google::protobuf::Arena::CreateMessage<proto::Envelope>(&arena);
+  envelope = make_envelope(job.stamp);
+  proto::TaskResult& result = *envelope.mutable_result();
+  result.set_id(task.id());
+  result.set_attempt(task.attempt());
+  evaluator.evaluate(task, job.networks, result);
+  const auto wall = std::chrono::steady_clock::now() - start;
+  result.set_wall_nanoseconds(
+      static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(wall).count()));
+  result.set_cpu_nanoseconds(thread_nanoseconds() - cpu);
+  return to_frame(envelope);
+}
+
+zmq::message_t step_frame(const Job& job, Evaluator& evaluator) {
+  proto::Envelope envelope = make_envelope(job.stamp);
+  evaluator.step(job.envelope.step_request(), *envelope.mutable_step_reply());
+  return to_frame(envelope);
+}
+
+}  // namespace
+
+SlotPool::SlotPool(int slots, Wakeup& wakeup) : wakeup_(wakeup) {
+  for (int i = 0; i < slots; ++i) threads_.emplace_back([this] { work(); });
+}
+
+SlotPool::~SlotPool() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+    queue_.clear();
+  }
+  wanted_.notify_all();
+  for (std::thread& thread : threads_) thread.join();
+}
+
+void SlotPool::set_simulator(std::shared_ptr<SharedSimulator> shared) {
+  const std::lock_guard lock(mutex_);
+  shared_ = std::move(shared);
+  ++shared_version_;
+}
+
+void SlotPool::push(Job job) {
+  {
+    const std::lock_guard lock(mutex_);
+    queue_.push_back(std::move(job));
+  }
+  wanted_.notify_one();
+}
+
+void SlotPool::cancel(std::span<const std::uint64_t> tasks) {
+  const std::lock_guard lock(mutex_);
+  std::erase_if(queue_, [&](const Job& job) {
+    return job.envelope.has_task() &&
+           std::find(tasks.begin(), tasks.end(), job.envelope.task().id()) != tasks.end();
+  });
+}
+
+std::vector<std::uint64_t> SlotPool::take_back() {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::uint64_t> tasks;
+  for (const Job& job : queue_)
+    if (job.envelope.has_task()) tasks.push_back(job.envelope.task().id());
+  std::erase_if(queue_, [](const Job& job) { return !job.errand; });
+  return tasks;
+}
+
+std::vector<SlotEvent> SlotPool::take_events() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(events_, {});
+}
+
+int SlotPool::busy() const {
+  const std::lock_guard lock(mutex_);
+  return busy_;
+}
+
+int SlotPool::queued() const {
+  const std::lock_guard lock(mutex_);
+  return static_cast<int>(queue_.size());
+}
+
+void SlotPool::post(SlotEvent event) {
+  bool first;
+  {
+    const std::lock_guard lock(mutex_);
+    first = events_.empty();
+    events_.push_back(std::move(event));
+  }
+  if (first) wakeup_.notify();
+}
+
+void SlotPool::work() {
+  std::unique_ptr<Evaluator> evaluator;
+  std::uint64_t version = ~std::uint64_t{0};
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    wanted_.wait(lock, [&] { return stopping_ || !queue_.empty(); });
+    if (stopping_) return;
+    Job job = std::move(queue_.front());
+    queue_.pop_front();
+    ++busy_;
+    const std::uint64_t wanted_version = shared_version_;
+    std::shared_ptr<SharedSimulator> shared = shared_;
+    lock.unlock();
+    if (version != wanted_version && !job.errand) {
+      evaluator = std::make_unique<Evaluator>(std::move(shared));
+      version = wanted_version;
+    }
+    if (job.errand)
+      job.errand();
+    else
+      run(job, *evaluator);
+    lock.lock();
+    --busy_;
+  }
+}
+
+void SlotPool::run(Job& job, Evaluator& evaluator) {
+  if (job.envelope.has_step_request()) return post({job.session, 0, false, step_frame(job, evaluator)});
+  const std::uint64_t id = job.envelope.task().id();
+  post({job.session, id, true, started_frame(job)});
+  if (job.envelope.task().suspect()) std::this_thread::sleep_for(kAnnouncement);
+  post({job.session, id, false, result_frame(job, evaluator)});
+}
+
+}  // namespace evograsp::worker

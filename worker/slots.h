@@ -1,0 +1,73 @@
+// The slots of a worker: N threads that evaluate tasks from one queue.
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <vector>
+#include <zmq.hpp>
+
+#include "common/socket.h"
+#include "common/wire.h"
+#include "proto/wire.pb.h"
+#include "worker/evaluator.h"
+
+namespace evograsp::worker {
+
+// A task, a stepwise command or any other errand for a slot.
+struct Job {
+  SessionStamp stamp;
+  std::uint64_t session = 0;  // of the connection it came by; what is left of an older one is dropped
+  proto::Envelope envelope;   // holds a Task or a StepRequest
+  std::vector<zmq::message_t> networks;
+  std::function<void()> errand;  // when set, nothing else counts
+};
+
+// What the connection's thread has to send or to know.
+struct SlotEvent {
+  std::uint64_t session = 0;
+  std::uint64_t task = 0;  // 0: a stepwise reply
+  bool started = false;    // else: done
+  zmq::message_t frame;    // envelope to send
+};
+
+// Thread-safe.
+class SlotPool {
+ public:
+  // `wakeup` is notified when events wait.
+  SlotPool(int slots, Wakeup& wakeup);
+  ~SlotPool();  // waits for what is running
+
+  // Jobs that start from now on use this simulator (null: none).
+  void set_simulator(std::shared_ptr<SharedSimulator> shared);
+  void push(Job job);
+  void cancel(std::span<const std::uint64_t> tasks);  // those that have not started
+  // Takes back every task that has not started; gives their ids.
+  std::vector<std::uint64_t> take_back();
+  std::vector<SlotEvent> take_events();
+  int busy() const;
+  int queued() const;
+
+ private:
+  void work();
+  void run(Job& job, Evaluator& evaluator);
+  void post(SlotEvent event);
+
+  Wakeup& wakeup_;
+
+  mutable std::mutex mutex_;  // guards everything down to the threads
+  std::condition_variable wanted_;
+  std::deque<Job> queue_;
+  std::vector<SlotEvent> events_;
+  std::shared_ptr<SharedSimulator> shared_;
+  std::uint64_t shared_version_ = 0;
+  int busy_ = 0;
+  bool stopping_ = false;
+
+  std::vector<std::thread> threads_;
+};
+
+}  // namespace evograsp::worker

@@ -1,0 +1,67 @@
+#include "worker/worker.h"
+
+#include <unistd.h>
+
+#include <atomic>
+#include <random>
+#include <thread>
+
+#include "worker/session.h"
+
+namespace evograsp::worker {
+
+namespace {
+
+std::string default_identity() {
+  char host[128] = {};
+  gethostname(host, sizeof host - 1);
+  char text[192];
+  std::snprintf(text, sizeof text, "%s-%d-%04x", host, static_cast<int>(getpid()),
+                std::random_device{}() & 0xffff);
+  return text;
+}
+
+class WorkerImpl : public Worker {
+ public:
+  explicit WorkerImpl(WorkerOptions options) : options_(std::move(options)) {
+    if (options_.context == nullptr) own_context_ = std::make_unique<zmq::context_t>(1);
+  }
+
+  Status run() override {
+    zmq::context_t& context = options_.context != nullptr ? *options_.context : *own_context_;
+    try {
+      Session session(context, options_, wakeup_, order_);
+      return session.run();
+    } catch (const std::exception& error) {
+      return fail(ErrorCode::kInternal, options_.connect + ": " + error.what());
+    }
+  }
+  void drain() override {
+    int serving = Session::kServe;
+    order_.compare_exchange_strong(serving, Session::kDrain);
+    wakeup_.notify();
+  }
+  void stop() override {
+    order_ = Session::kStop;
+    wakeup_.notify();
+  }
+
+ private:
+  WorkerOptions options_;
+  std::unique_ptr<zmq::context_t> own_context_;
+  Wakeup wakeup_;
+  std::atomic<int> order_{Session::kServe};
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Worker>> Worker::create(WorkerOptions options) {
+  if (options.slots < 0 || options.slots > 4096)
+    return fail(ErrorCode::kUsage, "slots: " + std::to_string(options.slots) + " is not between 1 and 4096");
+  if (options.slots == 0) options.slots = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  if (options.identity.empty()) options.identity = default_identity();
+  if (options.identity.size() > 200) return fail(ErrorCode::kUsage, "identity: longer than 200 characters");
+  return std::make_unique<WorkerImpl>(std::move(options));
+}
+
+}  // namespace evograsp::worker
