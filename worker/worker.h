@@ -14,6 +14,9 @@ struct WorkerOptions {
   std::string connect = "tcp://127.0.0.1:5555";  // or inproc://evograsp with a shared context
   int slots = 0;                                 // 0: one a core
   std::string identity;                          // default: host, pid and a random part
+  bool once = false;  // return when the master says that its run is over, instead of waiting for the next
+  double drain_seconds = 10;       // drain() gives running tasks this long
+  std::optional<CurveKeys> curve;  // needed for a master that listens beyond its machine
   zmq::context_t* context = nullptr;
 };
 
