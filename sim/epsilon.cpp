@@ -89,13 +89,13 @@ double Epsilon::operator()(std::span<const Wrench> wrenches) {
   // A power of two scales without rounding: longest wrench to between 1/8 and 1.
   int exponent = 0;
   std::frexp(largest, &exponent);
-  const int shift = exponent + 2;
+  const double down = std::ldexp(1.0, -(exponent + 2)), up = std::ldexp(1.0, exponent + 2);
   auto& points = solver_->points;
   points.assign(wrenches.begin(), wrenches.end());
   for (Wrench& w : points) {
-    for (double& x : w) x = std::ldexp(x, -shift);
+    for (double& x : w) x *= down;
   }
-  return std::ldexp(solver_->answer(), shift);
+  return solver_->answer() * up;
 }
 
 }  // namespace evograsp::sim

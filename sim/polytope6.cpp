@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/random.h"
 #include "sim/six.h"
 
 namespace evograsp::sim {
@@ -22,8 +23,8 @@ void Polytope6<Real>::load(std::span<const Point> points) {
   for (int i = 0; i < count_; ++i) {
     for (int x = 0; x < 6; ++x) columns_[x * count_ + i] = points_[i][x];
   }
+  for (std::size_t i = names_.size(); i < points.size(); ++i) names_.push_back(mix64(i + 1));
   used_ = 0;
-  inverses_.clear();
   heap_.clear();
   epoch_ = 0;
 }
@@ -74,6 +75,7 @@ bool Polytope6<Real>::pick_simplex(std::array<int, 7>& corner) {
     for (int x = 0; x < 6; ++x) u[x] /= length;
     const Extent e = extent(u);
     if (!(e.most > thin) || !(e.least < -thin)) return false;
+    radius_ = std::min(radius_, std::min(e.most, -e.least));
     const Real from = s == 0 ? Real(0) : dot(u, base);
     corner[s] = e.most - from >= from - e.least ? e.high : e.low;
     if (s == 0) {
@@ -103,7 +105,7 @@ bool Polytope6<Real>::build_simplex(const std::array<int, 7>& corner) {
   for (int c : corner) {
     for (int x = 0; x < 6; ++x) centre_[x] += points_[c][x] / 7;
   }
-  Matrix edges;
+  std::array<Point, 6> edges;
   for (int k = 0; k < 6; ++k) {
     for (int x = 0; x < 6; ++x) edges[x][k] = points_[corner[k + 1]][x] - points_[corner[0]][x];
   }
@@ -119,17 +121,11 @@ bool Polytope6<Real>::build_simplex(const std::array<int, 7>& corner) {
   for (int o = 0; o < 7; ++o) {
     const int id = new_facet();
     Facet& facet = facets_[id];
-    facet.inverse = static_cast<int>(inverses_.size());
-    facet.parent = -1;
-    Matrix inverse;
     for (int i = 0, k = 0; i < 7; ++i) {
       if (i == o) continue;
       facet.vertex[k] = corner[i];
-      facet.neighbour[k] = i;
-      for (int x = 0; x < 6; ++x) inverse[k][x] = gradient[i][x] - gradient[o][x];
-      ++k;
+      facet.neighbour[k++] = i;
     }
-    inverses_.push_back(inverse);
     for (int x = 0; x < 6; ++x) facet.normal[x] = -7 * gradient[o][x];
     measure(facet);
     push(id);
@@ -149,7 +145,6 @@ int Polytope6<Real>::new_facet() {
     facets_.resize(std::max<std::size_t>(1024, 2 * facets_.size()));
   Facet& facet = facets_[used_];
   facet.neighbour.fill(-1);
-  facet.inverse = -1;
   facet.mark = 0;
   facet.alive = true;
   return used_++;
@@ -158,7 +153,7 @@ int Polytope6<Real>::new_facet() {
 template <class Real>
 void Polytope6<Real>::push(int facet) {
   const Real distance = facets_[facet].distance;
-  if (distance > radius_) return;  // the answer is nearer: it will never be looked at
+  if (distance > radius_ + Tolerance<Real>::kGap) return;  // the answer is nearer: it will never be looked at
   heap_.push_back({distance, facet});
   std::push_heap(heap_.begin(), heap_.end(), [](const Entry& a, const Entry& b) {
     return a.distance > b.distance || (a.distance == b.distance && a.facet > b.facet);
@@ -179,7 +174,7 @@ template <class Real>
 typename Polytope6<Real>::Outcome Polytope6<Real>::expand(std::span<const Point> points) {
   if (points.size() < 7) return Outcome::kOutside;
   load(points);
-  radius_ = 4;  // an upper bound: no point is that long
+  radius_ = 4;  // no point is that long; the extents of the set along any direction lower this bound
   std::array<int, 7> corner;
   if (!pick_simplex(corner)) return Outcome::kOutside;
   if (!build_simplex(corner)) return Outcome::kGaveUp;
@@ -191,137 +186,119 @@ typename Polytope6<Real>::Outcome Polytope6<Real>::expand(std::span<const Point>
     const Extent e = extent(facet.normal);
     const Real reach = (e.most + dot(facet.normal, centre_)) / facet.norm;
     if (!(reach > gap)) return Outcome::kOutside;
-    if (reach < radius_) {
-      radius_ = reach;
+    if (reach <= radius_ + gap) {
+      radius_ = std::min(radius_, reach);
       for (int x = 0; x < 6; ++x) direction_[x] = facet.normal[x] / facet.norm;
     }
-    if (radius_ - facet.distance <= gap) return is_flat(id) ? Outcome::kInside : Outcome::kGaveUp;
+    if (radius_ - facet.distance <= gap) return Outcome::kInside;
     const Outcome added = add_point(id, e.high);
     if (added != Outcome::kInside) return added;
   }
   return Outcome::kGaveUp;
 }
 
-// Do the facet's vertices lie on its plane? Pivots multiply errors where facets are slivers.
-template <class Real>
-bool Polytope6<Real>::is_flat(int id) const {
-  const Facet& facet = facets_[id];
-  for (int v : facet.vertex) {
-    if (!(magnitude(dot(facet.normal, points_[v]) - 1) <= Tolerance<Real>::kPlane * facet.norm)) return false;
-  }
-  return true;
-}
-
-template <class Real>
-bool Polytope6<Real>::sees(int id, const Point& point) const {
-  const Facet& facet = facets_[id];
-  return dot(facet.normal, point) - 1 > Tolerance<Real>::kSeen * facet.norm;
-}
-
 // The facets that the point sees, reached from one of them, and the ridges where they end.
 template <class Real>
 void Polytope6<Real>::mark_visible(int seed, const Point& point) {
   const int seen = 2 * ++epoch_, hidden = seen + 1;
+  const Real least = Tolerance<Real>::kSeen;
   visible_.assign(1, seed);
   horizon_.clear();
   facets_[seed].mark = seen;
+  facets_[seed].height = dot(facets_[seed].normal, point) - 1;
   for (std::size_t at = 0; at < visible_.size(); ++at) {
     const int id = visible_[at];
     for (int k = 0; k < 6; ++k) {
       const int next = facets_[id].neighbour[k];
-      int& mark = facets_[next].mark;
-      if (mark == seen) continue;
-      if (mark != hidden) mark = sees(next, point) ? seen : hidden;
-      if (mark == seen) {
-        visible_.push_back(next);
-      } else {
-        horizon_.push_back({id, k});
+      Facet& facet = facets_[next];
+      if (facet.mark == seen) continue;
+      if (facet.mark != hidden) {
+        facet.height = dot(facet.normal, point) - 1;
+        if (facet.height > least * facet.norm) {
+          facet.mark = seen;
+          visible_.push_back(next);
+          continue;
+        }
+        facet.mark = hidden;
       }
+      horizon_.push_back({id, k});
     }
   }
-}
-
-template <class Real>
-const typename Polytope6<Real>::Matrix& Polytope6<Real>::inverse_of(int id) {
-  // Parents first: a chain of pivots leads back to a facet whose inverse is there.
-  chain_.clear();
-  for (int f = id; facets_[f].inverse < 0; f = facets_[f].parent) chain_.push_back(f);
-  while (!chain_.empty()) {
-    Facet& facet = facets_[chain_.back()];
-    chain_.pop_back();
-    facet.inverse = static_cast<int>(inverses_.size());
-    inverses_.emplace_back();
-    const Matrix& from = inverses_[facets_[facet.parent].inverse];
-    Matrix& to = inverses_.back();
-    const int k = facet.slot;
-    const Point& p = points_[facet.vertex[k]];
-    const Real scale = 1 / dot(from[k], p);
-    for (int x = 0; x < 6; ++x) to[k][x] = from[k][x] * scale;
-    for (int j = 0; j < 6; ++j) {
-      if (j == k) continue;
-      const Real along = dot(from[j], p);
-      for (int x = 0; x < 6; ++x) to[j][x] = from[j][x] - along * to[k][x];
-    }
-  }
-  return inverses_[facets_[id].inverse];
 }
 
 // The facet spanned by the point and the ridge opposite vertex `slot` of a visible facet.
 template <class Real>
 bool Polytope6<Real>::make_heir(int visible, int slot, int point) {
-  const Point row = inverse_of(visible)[slot];
   const int id = new_facet();
-  Facet& old = facets_[visible];
   Facet& heir = facets_[id];
-  const Point& p = points_[point];
-  const Real pivot = dot(row, p);
-  if (!(pivot > 0)) return false;
-  const Real step = (1 - dot(old.normal, p)) / pivot;
-  for (int x = 0; x < 6; ++x) heir.normal[x] = old.normal[x] + step * row[x];
-  heir.vertex = old.vertex;
+  const Facet& seen = facets_[visible];
+  Facet& hidden = facets_[seen.neighbour[slot]];
+  // A point within rounding of the hidden facet's plane lies on it.
+  const Real below = hidden.height < 0 ? -hidden.height : Real(0);
+  const Real share = seen.height / (seen.height + below), rest = below / (seen.height + below);
+  for (int x = 0; x < 6; ++x) heir.normal[x] = share * hidden.normal[x] + rest * seen.normal[x];
+  heir.vertex = seen.vertex;
   heir.vertex[slot] = point;
-  heir.parent = visible;
-  heir.slot = slot;
-  const int beyond = old.neighbour[slot];
-  heir.neighbour[slot] = beyond;
-  old.neighbour[slot] = ~id;
-  auto& back = facets_[beyond].neighbour;
-  const auto at = std::find(back.begin(), back.end(), visible);
-  if (at == back.end()) return false;
-  *at = id;
+  heir.neighbour[slot] = seen.neighbour[slot];
+  const auto back = std::find(hidden.neighbour.begin(), hidden.neighbour.end(), visible);
+  if (back == hidden.neighbour.end()) return false;
+  *back = id;
   measure(heir);
   return heir.distance == heir.distance;
 }
 
-// Heirs meet in pairs: to find who shares the point and the ridge without vertex j with this one, turn about
-// that ridge through the visible facets until the horizon comes back.
+// Heirs of one facet, which stand together, meet each other where each replaces a different vertex.
 template <class Real>
-bool Polytope6<Real>::join_heirs(int id) {
-  Facet& heir = facets_[id];
-  for (int j = 0; j < 6; ++j) {
-    if (heir.neighbour[j] != -1) continue;
-    int at = heir.parent, drop = j;
-    int kept = facets_[heir.parent].vertex[heir.slot];
-    for (std::size_t steps = 0;; ++steps) {
-      const int next = facets_[at].neighbour[drop];
-      if (next < 0) {
-        Facet& other = facets_[~next];
-        const auto opposite = std::find(other.vertex.begin(), other.vertex.end(), kept);
-        if (opposite == other.vertex.end()) return false;
-        heir.neighbour[j] = ~next;
-        other.neighbour[opposite - other.vertex.begin()] = id;
-        break;
+void Polytope6<Real>::join_siblings(int first) {
+  const int count = static_cast<int>(horizon_.size());
+  for (int begin = 0, end = 0; begin < count; begin = end) {
+    while (end < count && horizon_[end].facet == horizon_[begin].facet) ++end;
+    for (int a = begin; a < end; ++a) {
+      auto& neighbour = facets_[first + a].neighbour;
+      for (int b = begin; b < end; ++b) {
+        if (a != b) neighbour[horizon_[b].slot] = first + b;
       }
-      const Facet& f = facets_[next];
-      const auto entered = std::find(f.neighbour.begin(), f.neighbour.end(), at);
-      const auto leave = std::find(f.vertex.begin(), f.vertex.end(), kept);
-      if (entered == f.neighbour.end() || leave == f.vertex.end() || steps > visible_.size()) return false;
-      kept = f.vertex[entered - f.neighbour.begin()];
-      at = next;
-      drop = static_cast<int>(leave - f.vertex.begin());
     }
   }
-  return true;
+}
+
+// Two heirs meet along each ridge that holds the new point: a hash table brings them together. False when a
+// ridge has one owner or more than two: then rounding has made the horizon cross itself.
+template <class Real>
+bool Polytope6<Real>::join_heirs(int first) {
+  const int end = used_;
+  std::size_t size = 256;
+  while (size < 8 * static_cast<std::size_t>(end - first)) size *= 2;
+  if (seams_.size() < size) seams_.assign(size, Seam{0, round_, 0, 0});
+  Seam* const table = seams_.data();
+  const std::size_t mask = size - 1;
+  const std::uint64_t* const names = names_.data();
+  Facet* const facets = facets_.data();
+  const int round = ++round_;
+  int open = 0;
+  for (int id = first; id < end; ++id) {
+    Facet& heir = facets[id];
+    std::uint64_t all = 0;
+    for (int v : heir.vertex) all ^= names[v];
+    for (int j = 0; j < 6; ++j) {
+      if (heir.neighbour[j] >= 0) continue;
+      const std::uint64_t name = all ^ names[heir.vertex[j]];
+      std::size_t at = name & mask;
+      while (table[at].stamp == round && table[at].name != name) at = (at + 1) & mask;
+      Seam& seam = table[at];
+      if (seam.stamp != round) {
+        seam = {name, round, id, j};
+        ++open;
+        continue;
+      }
+      if (seam.facet < 0) return false;
+      heir.neighbour[j] = seam.facet;
+      facets[seam.facet].neighbour[seam.slot] = id;
+      seam.facet = -1;
+      --open;
+    }
+  }
+  return open == 0;
 }
 
 template <class Real>
@@ -332,9 +309,8 @@ typename Polytope6<Real>::Outcome Polytope6<Real>::add_point(int seed, int point
   for (const Ridge& ridge : horizon_) {
     if (!make_heir(ridge.facet, ridge.slot, point)) return Outcome::kGaveUp;
   }
-  for (int id = first; id < used_; ++id) {
-    if (!join_heirs(id)) return Outcome::kGaveUp;
-  }
+  join_siblings(first);
+  if (!join_heirs(first)) return Outcome::kGaveUp;
   for (int id : visible_) facets_[id].alive = false;
   for (int id = first; id < used_; ++id) push(id);
   return Outcome::kInside;

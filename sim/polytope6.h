@@ -5,13 +5,16 @@
 // that facet's normal, until no point lies beyond the nearest facet: then that facet is on the hull and its
 // distance is the answer. Facets far from the origin, nearly all of a six-dimensional hull, are never made.
 //
-// Planes are kept in the polar of a point c inside the simplex: normal . (x - c) = 1. A facet that takes over
-// a ridge from a visible one differs from it in one vertex, so its normal and the inverse of its vertex
-// matrix follow by one simplex pivot (36 products) instead of a 6x6 solve.
+// Planes are kept in the polar of a point c inside the simplex: normal . (x - c) = 1. There the planes
+// through a ridge form a line, so a facet that replaces a visible one A beyond the ridge it shares with a
+// hidden one B has its normal between theirs, where the new point lies on its plane: a convex combination
+// with the point's heights over A and B as weights. No system is ever solved after the first simplex, and
+// rounding errors never grow.
 #pragma once
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -33,15 +36,14 @@ class Polytope6 {
     kGaveUp,    // rounding broke the surface: another arithmetic or other points must answer
   };
 
-  struct Facet {
-    std::array<int, 6> vertex;  // points
-    std::array<int, 6>
-        neighbour;     // facet across the ridge opposite each vertex; once dead: ~heir on the horizon
-    Point normal;      // normal . (x - centre) = 1 on the plane
-    Real norm;         // of normal: 1 / distance of the plane from the centre
-    Real distance;     // of the plane from the origin; negative: the origin is outside
-    int inverse;       // index into inverses_, -1: not computed
-    int parent, slot;  // pivoted from `parent` by replacing its vertex number `slot`
+  // Two cache lines for double.
+  struct alignas(64) Facet {
+    Point normal;                  // normal . (x - centre) = 1 on the plane
+    Real norm;                     // of normal: 1 / distance of the plane from the centre
+    Real distance;                 // of the plane from the origin; negative: the origin is outside
+    Real height;                   // normal . (x - centre) - 1 of the point being added, once marked
+    std::array<int, 6> neighbour;  // facet across the ridge opposite each vertex
+    std::array<int, 6> vertex;     // points
     int mark;
     bool alive;
   };
@@ -55,10 +57,19 @@ class Polytope6 {
   int size() const { return used_; }                            // facets in use, dead or alive
 
  private:
-  using Matrix = std::array<Point, 6>;  // row k . vertex j = (k == j)
   struct Entry {
     Real distance;
     int facet;
+  };
+  struct Ridge {
+    int facet, slot;
+  };
+  // A ridge between two heirs, named by its vertices; facet -1 once both have met. Of this round if stamped
+  // so.
+  struct Seam {
+    std::uint64_t name;
+    int stamp;
+    int facet, slot;
   };
   struct Extent {
     int low, high;     // points farthest against and along a direction
@@ -69,13 +80,11 @@ class Polytope6 {
   Extent extent(const Point& direction);
   bool pick_simplex(std::array<int, 7>& corner);
   bool build_simplex(const std::array<int, 7>& corner);
-  bool sees(int facet, const Point& point) const;
   Outcome add_point(int facet, int point);  // kInside: done, go on
   void mark_visible(int facet, const Point& point);
   bool make_heir(int visible, int slot, int point);
-  bool join_heirs(int heir);
-  bool is_flat(int facet) const;
-  const Matrix& inverse_of(int facet);
+  void join_siblings(int first);
+  bool join_heirs(int first);
   void measure(Facet& facet);
   void push(int facet);
   int pop();
@@ -88,12 +97,11 @@ class Polytope6 {
   Point centre_{};
   std::vector<Facet> facets_;
   int used_ = 0;
-  std::vector<Matrix> inverses_;
   std::vector<Entry> heap_;
-  std::vector<int> visible_, chain_;
-  struct Ridge {
-    int facet, slot;
-  };
+  std::vector<int> visible_;
+  std::vector<std::uint64_t> names_;  // of points: random bits
+  std::vector<Seam> seams_;           // hash table of join_heirs()
+  int round_ = 0;
   std::vector<Ridge> horizon_;
   int epoch_ = 0;
   Real radius_ = 0;

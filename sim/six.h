@@ -16,14 +16,12 @@ struct Tolerance<double> {
   static constexpr double kGap = 2e-12;    // hull and facet this close are one
   static constexpr double kSeen = 1e-13;   // a point this far beyond a plane sees the facet
   static constexpr double kThin = 1e-10;   // a set thinner than this is flat
-  static constexpr double kPlane = 1e-11;  // vertices may stray this far from their plane
 };
 template <>
 struct Tolerance<Quad> {
   static constexpr double kGap = 1e-20;
   static constexpr double kSeen = 1e-24;
   static constexpr double kThin = 1e-13;
-  static constexpr double kPlane = 1e-18;
 };
 
 inline double square_root(double x) {
