@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
+#include <memory>
 #include <string>
 
 #include "common/activation.h"
@@ -78,15 +78,11 @@ Status check(const NetworkColumns& c) {
   return {};
 }
 
-bool all_finite(std::span<const float> values) {
-  // A sum of x * 0 is 0 only if every x is finite; eight partial sums keep the loop short.
-  float sum[8] = {};
-  std::size_t i = 0;
-  for (; i + 8 <= values.size(); i += 8)
-    for (std::size_t k = 0; k < 8; ++k) sum[k] += values[i + k] * 0.0f;
-  for (; i < values.size(); ++i) sum[0] += values[i] * 0.0f;
-  for (int k = 1; k < 8; ++k) sum[0] += sum[k];
-  return sum[0] == 0.0f;
+// Blocks of 16 consecutive nodes that hold the sources, which ascend.
+std::uint32_t blocks_of(std::span<const std::uint32_t> source) {
+  std::uint32_t blocks = source.empty() ? 0 : 1;
+  for (std::size_t k = 1; k < source.size(); ++k) blocks += source[k] / kLanes != source[k - 1] / kLanes;
+  return blocks;
 }
 
 void fill_nan(std::span<float> out) {
@@ -123,34 +119,36 @@ void Network::compile(const NetworkColumns& c) {
   node_.resize(c.activation.size());
   const auto values = first_value() + static_cast<std::uint32_t>(node_.size());
   stride_ = (values + kLanes - 1) / kLanes * kLanes;
+  std::uint32_t blocks = 0;
   for (std::size_t i = 0; i < node_.size(); ++i) {
     kernels::Node& node = node_[i];
     node.activation = c.activation[i];
     node.bias = c.bias[i] + 0.0f;  // never -0
     node.first_link = c.first_link[i];
     node.links = c.first_link[i + 1] - node.first_link;
-    const std::uint32_t* source = source_.data() + node.first_link;
-    std::uint32_t blocks = 0;
-    for (std::uint32_t k = 0, last = ~0u; k < node.links; ++k) {
-      blocks += source[k] / kLanes != last;
-      last = source[k] / kLanes;
+    const std::uint32_t needed = blocks_of({source_.data() + node.first_link, node.links});
+    // A block costs about as much as a link by itself: single links stay single, and memory bounded by the
+    // links'.
+    if (node.links < 3 || 4 * node.links < 5 * needed) continue;
+    node.first_block = blocks;
+    node.blocks = needed;
+    blocks += needed;
+  }
+  block_.resize(blocks);
+  block_source_.resize(blocks);
+  for (const kernels::Node& node : node_)
+    if (node.blocks > 0) fill_blocks(node);
+}
+
+void Network::fill_blocks(const kernels::Node& node) {
+  std::uint32_t b = node.first_block, last = source_[node.first_link] / kLanes;
+  block_source_[b] = last * kLanes;
+  for (std::uint32_t k = node.first_link; k < node.first_link + node.links; ++k) {
+    if (source_[k] / kLanes != last) {
+      last = source_[k] / kLanes;
+      block_source_[++b] = last * kLanes;
     }
-    // Denser than this a block is cheaper than its links one by one, and memory stays bounded by the links'.
-    if (node.links < 3 || node.links < 2 * blocks) continue;
-    node.first_block = static_cast<std::uint32_t>(block_.size());
-    node.blocks = blocks;
-    block_.resize(block_.size() + blocks);
-    block_source_.resize(block_.size());
-    kernels::Block* block = block_.data() + node.first_block - 1;
-    std::uint32_t* block_source = block_source_.data() + node.first_block - 1;
-    for (std::uint32_t k = 0, last = ~0u; k < node.links; ++k) {
-      if (source[k] / kLanes != last) {
-        last = source[k] / kLanes;
-        ++block;
-        *++block_source = last * kLanes;
-      }
-      block->weight[source[k] % kLanes] = weight_[node.first_link + k];
-    }
+    block_[b].weight[source_[k] % kLanes] = weight_[k];
   }
 }
 
@@ -202,87 +200,87 @@ proto::Network Network::to_proto() const {
   return proto;
 }
 
-void Network::activate(std::span<const float> in, std::span<float> out, Scratch& scratch, int steps) const {
-  if (!all_finite(in)) return fill_nan(out);
-  const kernels::Kernels& kernel = kernels::active();
-  const kernels::Program p = program();
-  const auto inputs = static_cast<std::size_t>(inputs_);
-  const int buffers = recurrent_ ? 2 : 1;
-  float* from = aligned(scratch.values, stride_ * static_cast<std::size_t>(buffers));
-  float* to = recurrent_ ? from + stride_ : from;
-  for (float* row = from; row <= to; row += stride_) {
-    std::memcpy(row, in.data(), inputs * sizeof(float));
-    row[inputs] = 1.0f;
-    std::fill(row + inputs + 1, row + stride_, 0.0f);
-  }
+// Runs the updates; returns where the last one wrote.
+template <class Step>
+float* Network::update(float* from, float* to, int steps, Step step) const {
   for (int s = recurrent_ ? bounded(steps) : 1; s > 0; --s) {
-    kernel.one(p, from, to);
+    step(program(), from, to);
     std::swap(from, to);
   }
-  for (std::size_t o = 0; o < output_node_.size(); ++o) out[o] = from[output_node_[o]];
+  return from;
+}
+
+void Network::activate(std::span<const float> in, std::span<float> out, Scratch& scratch, int steps) const {
+  const kernels::Kernels& kernel = kernels::active();
+  const auto inputs = static_cast<std::uint32_t>(inputs_);
+  float* from = aligned(scratch.values, std::size_t{stride_} * (recurrent_ ? 2 : 1));
+  float* to = recurrent_ ? from + stride_ : from;
+  if (!kernel.copy_finite(in.data(), inputs, from)) return fill_nan(out);
+  from[inputs] = 1.0f;
+  std::fill(from + inputs + 1, from + stride_, 0.0f);
+  if (recurrent_) std::copy_n(from, stride_, to);
+  const float* value = update(from, to, steps, kernel.one);
+  for (std::size_t o = 0; o < output_node_.size(); ++o) out[o] = value[output_node_[o]];
+}
+
+// 16 samples; false, with nothing done, if an input is not finite.
+bool Network::activate_sixteen(const float* in, float* out, Scratch& scratch, int steps) const {
+  const kernels::Kernels& kernel = kernels::active();
+  const auto inputs = static_cast<std::uint32_t>(inputs_);
+  const std::size_t size = std::size_t{stride_} * kLanes;
+  float* from = aligned(scratch.values, size * (recurrent_ ? 2 : 1));
+  float* to = recurrent_ ? from + size : from;
+  // The last block of inputs also holds the bias and the first computed nodes.
+  std::fill(from + kernels::batch_place(inputs / kLanes * kLanes, 0), from + size, 0.0f);
+  if (!kernel.copy_finite_rows(in, inputs, from)) return false;
+  for (std::uint64_t r = 0; r < kLanes; ++r) from[kernels::batch_place(inputs, r)] = 1.0f;
+  if (recurrent_) std::copy_n(from, size, to);
+  const float* value = update(from, to, steps, kernel.batch);
+  for (std::uint64_t r = 0; r < kLanes; ++r)
+    for (const std::uint32_t node : output_node_) *out++ = value[kernels::batch_place(node, r)];
+  return true;
 }
 
 void Network::activate_batch(std::span<const float> in, std::span<float> out, int count, Scratch& scratch,
                              int steps) const {
-  const kernels::Kernels& kernel = kernels::active();
-  const kernels::Program p = program();
   const auto inputs = static_cast<std::size_t>(inputs_), outputs = output_node_.size();
-  int done = 0;
-  for (; done + kLanes <= count; done += kLanes) {
-    const std::span<const float> rows_in =
-        in.subspan(static_cast<std::size_t>(done) * inputs, kLanes * inputs);
-    const std::span<float> rows_out = out.subspan(static_cast<std::size_t>(done) * outputs, kLanes * outputs);
-    if (!all_finite(rows_in)) {  // rare: each row for itself
-      for (std::size_t r = 0; r < kLanes; ++r)
-        activate(rows_in.subspan(r * inputs, inputs), rows_out.subspan(r * outputs, outputs), scratch, steps);
-      continue;
-    }
-    float* from = aligned(scratch.values, std::size_t{stride_} * kLanes * (recurrent_ ? 2 : 1));
-    float* to = recurrent_ ? from + std::size_t{stride_} * kLanes : from;
-    for (float* buffer = from; buffer <= to; buffer += std::size_t{stride_} * kLanes) {
-      for (std::size_t r = 0; r < kLanes; ++r) {
-        float* row = buffer + r * stride_;
-        std::memcpy(row, rows_in.data() + r * inputs, inputs * sizeof(float));
-        row[inputs] = 1.0f;
-        std::fill(row + inputs + 1, row + stride_, 0.0f);
-      }
-    }
-    for (int s = recurrent_ ? bounded(steps) : 1; s > 0; --s) {
-      kernel.rows(p, from, to, stride_);
-      std::swap(from, to);
-    }
-    for (std::size_t r = 0; r < kLanes; ++r)
-      for (std::size_t o = 0; o < outputs; ++o)
-        rows_out[r * outputs + o] = from[r * stride_ + output_node_[o]];
-  }
-  for (; done < count; ++done)
-    activate(in.subspan(static_cast<std::size_t>(done) * inputs, inputs),
-             out.subspan(static_cast<std::size_t>(done) * outputs, outputs), scratch, steps);
+  const auto samples = static_cast<std::size_t>(std::max(count, 0));
+  const auto singles = [&](std::size_t first, std::size_t end) {
+    for (std::size_t r = first; r < end; ++r)
+      activate(in.subspan(r * inputs, inputs), out.subspan(r * outputs, outputs), scratch, steps);
+  };
+  std::size_t done = 0;
+  for (; done + kLanes <= samples; done += kLanes)
+    if (!activate_sixteen(in.data() + done * inputs, out.data() + done * outputs, scratch, steps))
+      singles(done, done + kLanes);
+  singles(done, samples);
 }
 
 void Network::activate_columns(std::span<const float> in, std::span<float> out, Scratch& scratch,
                                int steps) const {
   const kernels::Kernels& kernel = kernels::active();
-  const auto inputs = static_cast<std::size_t>(inputs_);
+  const auto inputs = static_cast<std::uint32_t>(inputs_);
   const std::size_t size = std::size_t{stride_} * kLanes;
   float* from = aligned(scratch.values, size * (recurrent_ ? 2 : 1));
   float* to = recurrent_ ? from + size : from;
-  for (float* buffer = from; buffer <= to; buffer += size) {
-    std::memcpy(buffer, in.data(), inputs * kLanes * sizeof(float));
-    std::fill(buffer + inputs * kLanes, buffer + (inputs + 1) * kLanes, 1.0f);
-    if (recurrent_) std::fill(buffer + (inputs + 1) * kLanes, buffer + size, 0.0f);
+  const bool finite = kernel.copy_finite(in.data(), inputs * kLanes, from);
+  std::fill_n(from + inputs * kLanes, kLanes, 1.0f);
+  if (recurrent_) {
+    std::fill(from + (inputs + 1) * kLanes, from + size, 0.0f);
+    std::copy_n(from, size, to);
   }
-  for (int s = recurrent_ ? bounded(steps) : 1; s > 0; --s) {
-    kernel.columns(program(), from, to);
-    std::swap(from, to);
-  }
+  const float* value = update(from, to, steps, kernel.columns);
   for (std::size_t o = 0; o < output_node_.size(); ++o)
-    std::memcpy(out.data() + o * kLanes, from + std::size_t{output_node_[o]} * kLanes,
-                kLanes * sizeof(float));
-  if (all_finite(in)) return;
+    std::copy_n(value + std::size_t{output_node_[o]} * kLanes, kLanes, out.data() + o * kLanes);
+  if (!finite) spoil_columns(in, out);
+}
+
+// NaN into the outputs of columns that have an input that is not finite; columns do not touch each other.
+void Network::spoil_columns(std::span<const float> in, std::span<float> out) const {
   for (std::size_t c = 0; c < kLanes; ++c) {
     bool finite = true;
-    for (std::size_t i = 0; i < inputs; ++i) finite &= std::isfinite(in[i * kLanes + c]);
+    for (std::size_t i = 0; i < static_cast<std::size_t>(inputs_); ++i)
+      finite &= std::isfinite(in[i * kLanes + c]);
     for (std::size_t o = 0; o < output_node_.size() && !finite; ++o)
       out[o * kLanes + c] = std::numeric_limits<float>::quiet_NaN();
   }

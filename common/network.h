@@ -76,6 +76,11 @@ class Network {
   kernels::Program program() const;
   std::uint32_t first_value() const { return static_cast<std::uint32_t>(inputs_) + 1; }
   void compile(const NetworkColumns& columns);
+  void fill_blocks(const kernels::Node& node);
+  template <class Step>
+  float* update(float* from, float* to, int steps, Step step) const;
+  bool activate_sixteen(const float* in, float* out, Scratch& scratch, int steps) const;
+  void spoil_columns(std::span<const float> in, std::span<float> out) const;
 
   int inputs_ = 0;
   bool recurrent_ = false;

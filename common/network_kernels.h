@@ -35,12 +35,20 @@ struct Program {
   const float* weight;
 };
 
+constexpr std::uint64_t batch_place(std::uint64_t value, std::uint64_t sample) {
+  return (value / kLanes * kLanes + sample) * kLanes + value % kLanes;
+}
+
 struct Kernels {
   const char* name;
+  // Copies `count` numbers; true if all are finite.
+  bool (*copy_finite)(const float* in, std::uint32_t count, float* out);
+  // The same for 16 rows of `count` numbers, into the layout of batch().
+  bool (*copy_finite_rows)(const float* in, std::uint32_t count, float* out);
   // One sample: values of all nodes in `from` (read) and `to` (written); the same array when feed-forward.
   void (*one)(const Program&, const float* from, float* to);
-  // 16 samples, one a row of `stride` values.
-  void (*rows)(const Program&, const float* from, float* to, std::uint32_t stride);
+  // 16 samples. Value v of sample r is at [batch_place(v, r)]: what a block of weights meets lies together.
+  void (*batch)(const Program&, const float* from, float* to);
   // 16 samples, one a column: value v of sample c at [v * 16 + c].
   void (*columns)(const Program&, const float* from, float* to);
 };

@@ -63,10 +63,10 @@ void Expressor::gather_edges(const Genome& genome) {
 }
 
 // Kahn's algorithm; then hidden nodes before outputs where the links allow it.
-void Expressor::order_nodes(const Genome& genome, bool recurrent, int only) {
+void Expressor::order_nodes(const Genome& genome, int only) {
   const std::uint32_t nodes = genome.computed_nodes(), outputs = genome.outputs();
   order_.clear();
-  if (recurrent) {
+  if (recurrent_) {
     for (std::uint32_t p = outputs; p < nodes; ++p) order_.push_back(p);
     for (std::uint32_t p = 0; p < outputs; ++p) order_.push_back(p);
   } else {
@@ -79,9 +79,9 @@ void Expressor::order_nodes(const Genome& genome, bool recurrent, int only) {
         if (--waiting_[edge_by_source_[e]] == 0) order_.push_back(edge_by_source_[e]);
   }
   mark_live(genome, only);
-  if (recurrent && only < 0) std::fill(live_.begin(), live_.end(), std::uint8_t{1});
+  if (recurrent_ && only < 0) std::fill(live_.begin(), live_.end(), std::uint8_t{1});
   std::erase_if(order_, [&](std::uint32_t p) { return live_[p] == 0; });
-  if (!recurrent && edge_first_[outputs] == 0) {  // no output feeds another node
+  if (!recurrent_ && edge_first_[outputs] == 0) {  // no output feeds another node
     std::erase_if(order_, [&](std::uint32_t p) { return p < outputs; });
     for (std::uint32_t p = 0; p < outputs; ++p)
       if (live_[p] != 0) order_.push_back(p);
@@ -156,10 +156,14 @@ void Expressor::sort_sources() {
   }
 }
 
-NetworkColumns Expressor::columns(const Genome& genome, bool recurrent, int only) {
+Network Expressor::express(const Genome& genome) {
+  return Network::from_columns(columns(genome)).value();
+}
+
+NetworkColumns Expressor::columns(const Genome& genome, int only) {
   count_links(genome);
   gather_edges(genome);
-  order_nodes(genome, recurrent, only);
+  order_nodes(genome, only);
   position_.assign(genome.computed_nodes(), 0);
   end_.assign(genome.computed_nodes(), 0);
   activation_.clear();
@@ -181,7 +185,7 @@ NetworkColumns Expressor::columns(const Genome& genome, bool recurrent, int only
   for (std::uint32_t o = 0; o < genome.outputs(); ++o)
     if (only < 0 || only == static_cast<int>(o)) output_node_.push_back(genome.inputs() + 1 + position_[o]);
   return {.inputs = genome.inputs(),
-          .recurrent = recurrent,
+          .recurrent = recurrent_,
           .activation = activation_,
           .bias = bias_,
           .first_link = first_link_,

@@ -10,25 +10,29 @@
 
 namespace evograsp::neat {
 
-// Turns genomes into the columns of a network: enabled links only, nodes in evaluation order, hidden nodes
-// that reach no output left out (unless recurrent). Keeps its working storage from genome to genome: after
-// the first few nothing is allocated. Linear in the links. Not thread-safe.
+// Turns genomes into networks: enabled links only, nodes in evaluation order, hidden nodes that reach no
+// output left out (unless recurrent). Keeps its working storage from genome to genome. Linear in the links.
+// Not thread-safe.
 class Expressor {
  public:
-  // The columns stay valid until the next call. Of a recurrent genome hidden nodes keep their order. `only`:
-  // one output alone; -1: all.
-  NetworkColumns columns(const Genome& genome, bool recurrent, int only = -1);
+  explicit Expressor(const proto::NeatConfig& config) : recurrent_(config.recurrent()) {}
+
+  // The phenotype of a genome that holds its laws (check() in genome.h).
+  Network express(const Genome& genome);
+  // The columns of its network; they stay valid until the next call. `only`: with this output alone; -1: all.
+  NetworkColumns columns(const Genome& genome, int only = -1);
 
  private:
   void count_links(const Genome& genome);
   void gather_edges(const Genome& genome);
   void mark_live(const Genome& genome, int only);
-  void order_nodes(const Genome& genome, bool recurrent, int only);
+  void order_nodes(const Genome& genome, int only);
   void fill_links(const Genome& genome);
   std::uint32_t value_of(const Genome& genome, std::uint32_t node) const;
   void append(std::uint32_t place, std::uint32_t source, float weight);
   void sort_sources();
 
+  bool recurrent_;
   // By place (Genome::node_place).
   std::vector<std::uint32_t> count_, position_, waiting_, edge_first_;
   std::vector<std::uint8_t> live_;

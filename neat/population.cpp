@@ -198,9 +198,7 @@ void Population::tell(std::span<const double> fitness) {
 }
 
 Network express(const Genome& genome, const proto::NeatConfig& config) {
-  Expressor expressor;
-  // A genome that holds its laws always compiles.
-  return Network::from_columns(expressor.columns(genome, config.recurrent())).value();
+  return Expressor(config).express(genome);
 }
 
 proto::Network express_proto(const Genome& genome, const proto::NeatConfig& config) {
