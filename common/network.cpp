@@ -78,10 +78,19 @@ Status check(const NetworkColumns& c) {
   return {};
 }
 
+// True if the sources from `source` on fill one whole block; they ascend.
+bool whole_block(const std::uint32_t* source) {
+  return source[0] % kLanes == 0 && source[kLanes - 1] == source[0] + kLanes - 1;
+}
+
 // Blocks of 16 consecutive nodes that hold the sources, which ascend.
 std::uint32_t blocks_of(std::span<const std::uint32_t> source) {
-  std::uint32_t blocks = source.empty() ? 0 : 1;
-  for (std::size_t k = 1; k < source.size(); ++k) blocks += source[k] / kLanes != source[k - 1] / kLanes;
+  std::uint32_t blocks = 0, last = ~0u;
+  for (std::size_t k = 0; k < source.size();) {
+    blocks += source[k] / kLanes != last;
+    last = source[k] / kLanes;
+    k += k + kLanes <= source.size() && whole_block(&source[k]) ? kLanes : 1;
+  }
   return blocks;
 }
 
@@ -141,14 +150,19 @@ void Network::compile(const NetworkColumns& c) {
 }
 
 void Network::fill_blocks(const kernels::Node& node) {
-  std::uint32_t b = node.first_block, last = source_[node.first_link] / kLanes;
-  block_source_[b] = last * kLanes;
-  for (std::uint32_t k = node.first_link; k < node.first_link + node.links; ++k) {
+  std::uint32_t b = node.first_block - 1, last = ~0u;
+  for (std::uint32_t k = node.first_link, end = k + node.links; k < end;) {
     if (source_[k] / kLanes != last) {
       last = source_[k] / kLanes;
       block_source_[++b] = last * kLanes;
     }
-    block_[b].weight[source_[k] % kLanes] = weight_[k];
+    if (k + kLanes <= end && whole_block(&source_[k])) {
+      std::copy_n(&weight_[k], kLanes, block_[b].weight);
+      k += kLanes;
+    } else {
+      block_[b].weight[source_[k] % kLanes] = weight_[k];
+      ++k;
+    }
   }
 }
 

@@ -40,7 +40,6 @@ constexpr std::uint64_t batch_place(std::uint64_t value, std::uint64_t sample) {
 }
 
 struct Kernels {
-  const char* name;
   // Copies `count` numbers; true if all are finite.
   bool (*copy_finite)(const float* in, std::uint32_t count, float* out);
   // The same for 16 rows of `count` numbers, into the layout of batch().
@@ -55,11 +54,7 @@ struct Kernels {
 
 extern const Kernels kBaseline, kAvx2, kAvx512;
 
-// The widest that this machine runs; what every Network uses.
+// Those of active_isa().
 const Kernels& active();
-// True if this machine can run it.
-bool runs_here(const Kernels& kernels);
-// Makes active() answer `kernels`: for tests and benchmarks, not while another thread activates.
-void force(const Kernels& kernels);
 
 }  // namespace evograsp::kernels

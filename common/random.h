@@ -62,6 +62,17 @@ class Random {
   }
   constexpr bool chance(double p) { return uniform() < p; }
 
+  // The next n numbers of next(), left for the caller to make in any order: number k (from 0) is
+  // mix64(state + (k + 1) * gamma). The stream stands behind them.
+  struct Counter {
+    std::uint64_t state, gamma;
+  };
+  constexpr Counter take(std::uint64_t n) {
+    const Counter counter = {state_, gamma_};
+    state_ += n * gamma_;
+    return counter;
+  }
+
  private:
   static constexpr std::uint64_t odd_gamma(std::uint64_t z) {
     z |= 1;

@@ -1,7 +1,8 @@
 #include "neat/crossover.h"
 
 #include <algorithm>
-#include <bit>
+
+#include "neat/weight_kernels.h"
 
 namespace evograsp::neat {
 namespace {
@@ -30,24 +31,24 @@ class Coins {
 // The start's links, which both parents have. The child holds the fitter parent's values.
 void cross_start(const Genome& other, const proto::NeatConfig& config, bool average, Random& random,
                  Genome& child) {
+  const WeightKernels& kernel = weight_kernels();
   const std::uint32_t links = child.start_links();
-  const std::span<float> weight = child.weights();
-  const std::span<const float> theirs = other.weights();
+  float* weight = child.weights().data();
+  const float* theirs = other.weights().data();
   for (std::uint32_t begin = 0; begin < links; begin += 64) {
-    const std::uint32_t end = std::min(begin + 64, links);
+    const std::uint32_t count = std::min(links - begin, 64u);
     if (average) {
-      for (std::uint32_t i = begin; i < end; ++i) weight[i] = 0.5f * (weight[i] + theirs[i]);
+      for (std::uint32_t i = begin; i < begin + count; ++i) weight[i] = 0.5f * (weight[i] + theirs[i]);
     } else {
       const std::uint64_t bits = random.next();
-      for (std::uint32_t i = begin; i < end; ++i)
-        weight[i] = (bits >> (i - begin) & 1) != 0 ? theirs[i] : weight[i];
+      kernel.choose(weight + begin, theirs + begin, count, &bits);
     }
-    const std::uint64_t mask =
-        end - begin == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << (end - begin)) - 1;
-    std::uint64_t off = ~(child.flags()[begin / 64] & other.flags()[begin / 64]) & mask;
-    child.flags()[begin / 64] |= mask;
+    const std::uint64_t mask = count == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1;
+    std::uint64_t& flags = child.flags()[begin / 64];
+    std::uint64_t off = ~(flags & other.flags()[begin / 64]) & mask;
+    flags |= mask;
     for (; off != 0; off &= off - 1)
-      if (random.chance(config.disabled_in_either())) child.flags()[begin / 64] &= ~(off & -off);
+      if (random.chance(config.disabled_in_either())) flags &= ~(off & -off);
   }
 }
 

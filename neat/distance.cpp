@@ -3,28 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "neat/weight_kernels.h"
+
 namespace evograsp::neat {
-namespace {
-
-// Sum of |a - b| in 16 partial sums and a fixed tree: the same bits however the compiler vectorises it.
-double sum_of_differences(const float* a, const float* b, std::size_t count) {
-  constexpr std::size_t kLanes = 16;
-  float sum[kLanes] = {};
-  std::size_t i = 0;
-  for (; i + kLanes <= count; i += kLanes)
-    for (std::size_t l = 0; l < kLanes; ++l) sum[l] += std::fabs(a[i + l] - b[i + l]);
-  for (; i < count; ++i) sum[i % kLanes] += std::fabs(a[i] - b[i]);
-  for (std::size_t half = kLanes / 2; half > 0; half /= 2)
-    for (std::size_t l = 0; l < half; ++l) sum[l] += sum[l + half];
-  return static_cast<double>(sum[0]);
-}
-
-}  // namespace
 
 double distance(const Genome& a, const Genome& b, const DistanceWeights& c) {
   const std::uint32_t start = a.start_links();
   const auto ours = a.late_innovation(), theirs = b.late_innovation();
-  double difference = sum_of_differences(a.weights().data(), b.weights().data(), start);
+  double difference =
+      static_cast<double>(weight_kernels().difference(a.weights().data(), b.weights().data(), start));
   std::uint32_t matching = start, disjoint = 0;
   std::size_t i = 0, j = 0;
   while (i < ours.size() && j < theirs.size()) {

@@ -116,21 +116,31 @@ void Expressor::append(std::uint32_t place, std::uint32_t source, float weight) 
   weight_[k] = weight;
 }
 
+// Links from inputs, whose numbers stay: run by run of enabled ones.
+void Expressor::copy_enabled(const Genome& genome, const StartStructure::Segment& s, std::uint32_t& to) {
+  const auto flags = genome.flags();
+  for (std::uint32_t i = s.first; i < s.first + s.count;) {
+    const std::uint32_t left = s.first + s.count - i, in_word = 64 - i % 64;
+    const std::uint64_t bits = flags[i / 64] >> (i % 64);
+    const std::uint32_t run = std::min({static_cast<std::uint32_t>(std::countr_one(bits)), in_word, left});
+    std::copy_n(genome.start().source.begin() + i, run, source_.begin() + to);
+    std::copy_n(genome.weights().begin() + i, run, weight_.begin() + to);
+    to += run;
+    i += run < in_word ? run + 1 : run;  // over the disabled link
+  }
+}
+
 void Expressor::fill_links(const Genome& genome) {
   const StartStructure& start = genome.start();
   for (const StartStructure::Segment& s : start.segment) {
     const std::uint32_t place = genome.node_place(s.target);
     if (live_[place] == 0) continue;
-    const bool inner = has_inner_source(start, s);
-    if (!inner && count_enabled(genome.flags(), s.first, s.count) == s.count) {
-      std::copy_n(start.source.begin() + s.first, s.count, source_.begin() + end_[place]);
-      std::copy_n(genome.weights().begin() + s.first, s.count, weight_.begin() + end_[place]);
-      end_[place] += s.count;
-      continue;
+    if (has_inner_source(start, s)) {
+      for (std::uint32_t i = s.first; i < s.first + s.count; ++i)
+        if (genome.enabled(i)) append(place, value_of(genome, start.source[i]), genome.weight(i));
+    } else {
+      copy_enabled(genome, s, end_[place]);
     }
-    for (std::uint32_t i = s.first; i < s.first + s.count; ++i)
-      if (genome.enabled(i))
-        append(place, inner ? value_of(genome, start.source[i]) : start.source[i], genome.weight(i));
   }
   const auto source = genome.late_source(), target = genome.late_target();
   for (std::uint32_t k = 0; k < source.size(); ++k) {

@@ -27,6 +27,7 @@ class Expressor {
   void gather_edges(const Genome& genome);
   void mark_live(const Genome& genome, int only);
   void order_nodes(const Genome& genome, int only);
+  void copy_enabled(const Genome& genome, const StartStructure::Segment& s, std::uint32_t& to);
   void fill_links(const Genome& genome);
   std::uint32_t value_of(const Genome& genome, std::uint32_t node) const;
   void append(std::uint32_t place, std::uint32_t source, float weight);

@@ -101,6 +101,7 @@ class Genome {
     activation_[place] = static_cast<std::uint8_t>(f);
   }
   void set_bias(std::uint32_t place, float bias) { bias_[place] = bias; }
+  std::span<float> biases() { return bias_; }
   void insert_hidden(std::uint32_t node, Activation f, float bias);
 
   // Columns, for inner loops. Weights of all links; flags, 64 a word, unused bits 0; links later than the

@@ -4,29 +4,19 @@
 #include <bit>
 
 #include "neat/topology.h"
+#include "neat/weight_kernels.h"
 
 namespace evograsp::neat {
 namespace {
 
-// What mutate_weights() does to each weight, in single precision.
-struct WeightStep {
-  std::uint64_t perturb_below;  // of 2^32
-  float perturb, replace, limit;
-
-  explicit WeightStep(const proto::NeatConfig& config)
-      : perturb_below(static_cast<std::uint64_t>(config.perturb_weight() * 0x1p32)),
-        perturb(static_cast<float>(config.perturb_power())),
-        replace(static_cast<float>(config.initial_weight())),
-        limit(static_cast<float>(config.max_weight())) {}
-
-  // High half of the draw: perturb or replace; low half: by how much, in [-1, 1) with 24 bits.
-  float operator()(float weight, std::uint64_t draw, float scale) const {
-    const float unit = static_cast<float>(static_cast<std::int32_t>(draw) >> 8) * 0x1p-23f;
-    const bool keep = (draw >> 32) < perturb_below;
-    const float moved = (keep ? weight : 0.0f) + unit * (keep ? perturb : replace) * scale;
-    return std::min(std::max(moved, -limit), limit);
-  }
-};
+WeightStep weight_step(const proto::NeatConfig& config) {
+  const double below = config.perturb_weight() * 0x1p32;
+  return {.perturb_below = static_cast<std::uint32_t>(std::clamp(below, 0.0, 0x1p32 - 1)),
+          .always_perturb = below >= 0x1p32,
+          .perturb = static_cast<float>(config.perturb_power()),
+          .replace = static_cast<float>(config.initial_weight()),
+          .limit = static_cast<float>(config.max_weight())};
+}
 
 // Place of the n-th enabled link, counted from 0.
 std::uint32_t nth_enabled(const Genome& genome, std::uint32_t n) {
@@ -51,18 +41,18 @@ std::uint32_t enabled_links(const Genome& genome) {
 }  // namespace
 
 void mutate_weights(Genome& genome, const proto::NeatConfig& config, Random& random) {
-  const WeightStep step(config);
+  const WeightStep step = weight_step(config);
+  const WeightKernels& kernel = weight_kernels();
   const StartStructure& start = genome.start();
-  const std::span<float> weight = genome.weights();
-  const std::size_t early = start.links();
-  if (start.scale.empty()) {
-    for (std::size_t i = 0; i < early; ++i) weight[i] = step(weight[i], random.next(), 1.0f);
-  } else {
-    for (std::size_t i = 0; i < early; ++i) weight[i] = step(weight[i], random.next(), start.scale[i]);
-  }
+  float* weight = genome.weights().data();
+  if (start.scale.empty() && start.depth_scale == 1.0f)
+    return kernel.mutate(weight, nullptr, genome.links(), random.take(genome.links()), step);
+  kernel.mutate(weight, start.scale.data(), start.links(), random.take(start.links()), step);
   const auto source = genome.late_source();
-  for (std::size_t i = early; i < weight.size(); ++i)
-    weight[i] = step(weight[i], random.next(), start.scale_of(source[i - early]));
+  for (std::size_t k = 0; k < source.size(); ++k) {
+    const float scale = start.scale_of(source[k]);
+    kernel.mutate(weight + start.links() + k, &scale, 1, random.take(1), step);
+  }
 }
 
 Activation draw_activation(const proto::NeatConfig& config, Random& random) {
@@ -126,9 +116,8 @@ void reenable(Genome& genome) {
 }
 
 void mutate_biases(Genome& genome, const proto::NeatConfig& config, Random& random) {
-  const WeightStep step(config);
-  for (std::uint32_t k = 0; k < genome.computed_nodes(); ++k)
-    genome.set_bias(k, step(genome.bias(k), random.next(), 1.0f));
+  const std::uint32_t nodes = genome.computed_nodes();
+  weight_kernels().mutate(genome.biases().data(), nullptr, nodes, random.take(nodes), weight_step(config));
 }
 
 void mutate_activation(Genome& genome, const proto::NeatConfig& config, Random& random) {

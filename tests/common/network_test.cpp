@@ -8,6 +8,7 @@
 #include <limits>
 #include <vector>
 
+#include "common/isa.h"
 #include "common/random.h"
 
 namespace evograsp {
@@ -127,9 +128,9 @@ TEST(Network, SingleBatchAndColumnsGiveTheSameBitsWithEveryInstructionSet) {
     constexpr std::size_t kCount = 37;
     const std::vector<float> in = random_inputs(random, kCount * inputs);
     std::vector<std::uint32_t> first;
-    for (const kernels::Kernels* kernel : {&kernels::kBaseline, &kernels::kAvx2, &kernels::kAvx512}) {
-      if (!kernels::runs_here(*kernel)) continue;
-      kernels::force(*kernel);
+    for (const Isa isa : {Isa::kBaseline, Isa::kAvx2, Isa::kAvx512}) {
+      if (!runs_here(isa)) continue;
+      force_isa(isa);
       Network::Scratch scratch;
       std::vector<float> single(kCount * 3), batch(kCount * 3), columns(16 * 3), columns_in(16 * inputs);
       for (std::size_t r = 0; r < kCount; ++r)
@@ -140,12 +141,12 @@ TEST(Network, SingleBatchAndColumnsGiveTheSameBitsWithEveryInstructionSet) {
         for (std::size_t i = 0; i < inputs; ++i) columns_in[i * 16 + c] = in[c * inputs + i];
       network.activate_columns(columns_in, columns, scratch, 3);
       if (first.empty()) first = bits(single);
-      EXPECT_EQ(bits(single), first) << kernel->name << ", trial " << trial;
-      EXPECT_EQ(bits(batch), first) << kernel->name << ", batch, trial " << trial;
+      EXPECT_EQ(bits(single), first) << name(isa) << ", trial " << trial;
+      EXPECT_EQ(bits(batch), first) << name(isa) << ", batch, trial " << trial;
       for (std::size_t c = 0; c < 16; ++c)
         for (std::size_t o = 0; o < 3; ++o)
           ASSERT_EQ(std::bit_cast<std::uint32_t>(columns[o * 16 + c]), first[c * 3 + o])
-              << kernel->name << ", columns";
+              << name(isa) << ", columns";
     }
   }
 }

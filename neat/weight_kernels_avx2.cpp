@@ -1,0 +1,3 @@
+#define EVOGRASP_WIDTH 8
+#define EVOGRASP_KERNELS kAvx2Weights
+#include "neat/weight_kernels.inc"
