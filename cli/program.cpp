@@ -34,7 +34,8 @@ const std::vector<Group>& groups() {
       {"Evolve and judge", {"train", "test", "validate"}},
       {"Look at a grasp", {"sim", "render", "infer", "epsilon"}},
       {"Ask a running server or a run folder",
-       {"status", "watch", "workers", "generations", "species", "champion", "export", "runs", "history"}},
+       {"status", "watch", "workers", "generations", "species", "champion", "export", "runs", "history",
+        "events"}},
       {"Steer a running server", {"pause", "resume", "stop", "checkpoint"}},
       {"Set up", {"keygen", "bench", "completions"}},
   };
@@ -121,6 +122,7 @@ std::unique_ptr<CLI::App> make_app(Outcome& outcome) {
   app->set_help_flag("-h,--help", "show this help");
   app->require_subcommand(0, 1);
   app->footer(kFooter);
+  add_queries(*app, outcome);
   add_completions(*app, outcome);
   put_in_groups(*app);
   return app;

@@ -1,0 +1,35 @@
+// What a command prints: answers on stdout, as text or (--json) as one JSON document; everything else on
+// stderr.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace evograsp::cli {
+
+// One indented document and a newline on stdout. Bytes that are no UTF-8 are replaced, numbers that are none
+// are null.
+template <class Json>
+void print_json(const Json& document);
+// On one line: for streams of documents.
+template <class Json>
+void print_json_line(const Json& document);
+
+void print(const std::string& text);  // on stdout, as it is
+void say(const std::string& text);    // on stderr, a line
+
+bool stdout_is_terminal();
+
+// ---- details ----
+void print_document(const std::string& text);
+
+template <class Json>
+void print_json(const Json& document) {
+  print_document(document.dump(2, ' ', false, Json::error_handler_t::replace));
+}
+template <class Json>
+void print_json_line(const Json& document) {
+  print_document(document.dump(-1, ' ', false, Json::error_handler_t::replace));
+}
+
+}  // namespace evograsp::cli

@@ -1,0 +1,34 @@
+// The family of commands that ask a server or a run folder: each file adds some, add_queries() adds all.
+#pragma once
+
+#include <memory>
+
+#include "cli/cli.h"
+#include "cli/queries_source.h"
+#include "cli/report.h"
+
+namespace evograsp::cli {
+
+void add_status(CLI::App& app, Outcome& outcome);  // status, watch
+void add_lists(CLI::App& app, Outcome& outcome);   // workers, generations, species, events, history
+void add_champion(CLI::App& app, Outcome& outcome);
+void add_runs(CLI::App& app, Outcome& outcome);
+void add_steering(CLI::App& app, Outcome& outcome);  // pause, resume, stop, checkpoint
+
+// A command whose callback opens the source that its options name and asks `answer`, which gives the exit
+// code.
+template <class Options, class Answer>
+void answer_with_source(CLI::App& command, std::shared_ptr<Options> options, Outcome& outcome,
+                        Answer answer) {
+  command.callback([options, &outcome, answer] {
+    const auto source = Source::open(options->source);
+    outcome.exit_code = source ? answer(**source, *options) : report(source.error());
+  });
+}
+
+// A number of a document, or NaN where there is none.
+double number_in(const nlohmann::json& document, const char* key);
+std::string text_in(const nlohmann::json& document, const char* key);
+std::uint64_t count_in(const nlohmann::json& document, const char* key);
+
+}  // namespace evograsp::cli

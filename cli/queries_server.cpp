@@ -1,0 +1,123 @@
+// A server as a source of answers, over its HTTP API.
+#include <httplib.h>
+
+#include "cli/queries_source.h"
+#include "server/api.h"
+
+namespace evograsp::cli {
+namespace {
+
+using nlohmann::json;
+
+constexpr int kSecondsToConnect = 5;
+constexpr int kSecondsToAnswer = 15;  // a checkpoint waits for the disk
+
+const char* in_words(httplib::Error error) {
+  switch (error) {
+    case httplib::Error::Connection:
+      return "no connection";
+    case httplib::Error::ConnectionTimeout:
+    case httplib::Error::Read:
+      return "it took too long or hung up";
+    default:
+      return "the request failed";
+  }
+}
+
+class ServerSource final : public Source {
+ public:
+  ServerSource(std::string url, std::string token) : url_(std::move(url)), client_(url_) {
+    client_.set_connection_timeout(kSecondsToConnect);
+    client_.set_read_timeout(kSecondsToAnswer);
+    if (!token.empty()) client_.set_bearer_token_auth(token);
+  }
+  bool valid() const { return client_.is_valid(); }
+
+  Result<json> run() override { return document("/api/v1/run"); }
+  Result<json> workers() override { return document("/api/v1/workers"); }
+  Result<json> species(std::optional<std::uint32_t> generation) override {
+    return document("/api/v1/species" + (generation ? "?generation=" + std::to_string(*generation) : ""));
+  }
+  Result<json> generations(std::uint32_t from, std::uint32_t limit) override {
+    return document("/api/v1/generations?from=" + std::to_string(from) + "&limit=" + std::to_string(limit));
+  }
+  Result<json> events(std::int64_t since, std::uint32_t limit) override {
+    return document("/api/v1/events?since=" + std::to_string(since) + "&limit=" + std::to_string(limit));
+  }
+
+  Result<Champion> champion() override {
+    const auto answer = checked(client_.Get("/api/v1/champion?format=pb"));
+    if (!answer) return tl::unexpected(answer.error());
+    return Champion{answer->body, answer->get_header_value("X-Evograsp-Champion") == "chosen"};
+  }
+
+  Status steer(const std::string& verb) override {
+    const auto answer = checked(client_.Post("/api/v1/" + verb));
+    if (!answer) return tl::unexpected(answer.error());
+    return {};
+  }
+
+  std::string name() const override { return url_; }
+
+ private:
+  Result<json> document(const std::string& path) {
+    const auto answer = checked(client_.Get(path));
+    if (!answer) return tl::unexpected(answer.error());
+    json document = json::parse(answer->body, nullptr, false);
+    if (!document.is_object()) return not_ours();
+    return document;
+  }
+
+  // What an answer comes to in our own terms.
+  Result<httplib::Response> checked(httplib::Result answer) {
+    if (!answer)
+      return fail(ErrorCode::kUnavailable,
+                  url_ + ": no server answers (" + in_words(answer.error()) +
+                      "); start one with evograsp-server, name another with --server URL, or look into a run "
+                      "folder with --run DIR");
+    if (answer->status < 300) return *answer;
+    const json body = json::parse(answer->body, nullptr, false);
+    if (!body.is_object() || !body.contains("error") || !body["error"].is_object()) return not_ours();
+    const std::string message = body["error"].value("message", "");
+    switch (answer->status) {
+      case 401:
+        return fail(ErrorCode::kUsage,
+                    url_ + ": " + message + "; put it into a file and set EVOGRASP_TOKEN_FILE to its name");
+      case 404:
+        return fail(ErrorCode::kNotFound, url_ + ": " + message);
+      case 503:
+        return fail(ErrorCode::kUnavailable, url_ + ": " + message);
+      default:
+        return fail(answer->status < 500 ? ErrorCode::kInvalid : ErrorCode::kIo, url_ + ": " + message);
+    }
+  }
+
+  tl::unexpected<Error> not_ours() const {
+    return fail(
+        ErrorCode::kUnavailable,
+        url_ + ": something answers, but it is no evograsp server; check --server or $EVOGRASP_SERVER");
+  }
+
+  const std::string url_;
+  httplib::Client client_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Source>> open_server(const std::string& url) {
+  std::string address = url.find("://") == std::string::npos ? "http://" + url : url;
+  while (address.ends_with('/')) address.pop_back();
+  if (!address.starts_with("http://") && !address.starts_with("https://"))
+    return fail(ErrorCode::kUsage, "--server: '" + url + "' is no address like http://127.0.0.1:8080");
+  const auto token = server::load_token("");
+  if (!token) return tl::unexpected(token.error());
+  try {
+    auto source = std::make_unique<ServerSource>(address, *token);
+    if (source->valid()) return source;
+  } catch (const std::exception&) {
+    // The library throws for a port that is no number.
+  }
+  return fail(ErrorCode::kUsage, "--server: '" + url + "' is no address like http://127.0.0.1:8080");
+}
+
+}  // namespace evograsp::cli

@@ -1,0 +1,43 @@
+#include "cli/queries_source.h"
+
+#include <cstdlib>
+
+namespace evograsp::cli {
+
+using nlohmann::json;
+
+Result<std::unique_ptr<Source>> open_server(const std::string& url);
+Result<std::unique_ptr<Source>> open_folder(const std::string& folder);
+
+void add_source_options(CLI::App& command, SourceOptions& options) {
+  command
+      .add_option("--server", options.server,
+                  "address of the server to ask (default: $EVOGRASP_SERVER, else http://127.0.0.1:8080)")
+      ->type_name("URL");
+  command.add_option("--run", options.run, "read this run folder instead; works with and without a server")
+      ->type_name("DIR");
+  command.add_flag("--json", options.json, "machine-readable");
+}
+
+Result<std::unique_ptr<Source>> Source::open(const SourceOptions& options) {
+  if (!options.server.empty() && !options.run.empty())
+    return fail(ErrorCode::kUsage, "--server and --run: give one of them");
+  if (!options.run.empty()) return open_folder(options.run);
+  const char* named = std::getenv("EVOGRASP_SERVER");
+  const std::string fallback = named != nullptr && *named != '\0' ? named : "http://127.0.0.1:8080";
+  return open_server(options.server.empty() ? fallback : options.server);
+}
+
+Result<json> Source::all_generations(std::uint32_t from) {
+  json all = json::array();
+  for (;;) {
+    auto page = generations(from, kPage);
+    if (!page) return page;
+    for (json& one : (*page)["generations"]) all.push_back(std::move(one));
+    if (!(*page)["next"].is_number_unsigned())
+      return json{{"generations", std::move(all)}, {"next", nullptr}};
+    from = (*page)["next"];
+  }
+}
+
+}  // namespace evograsp::cli
