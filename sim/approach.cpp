@@ -7,6 +7,7 @@ namespace evograsp::sim {
 namespace {
 
 constexpr int kMaxSteps = 200;
+constexpr double kAim = 0.9;  // steps aim at this part of the tolerance
 
 // The first t >= 0 at which `moving`, translated by t * direction, overlaps `fixed` grown by margin; infinity
 // when it never does before `length`.
@@ -41,7 +42,7 @@ double first_touch(const Shape& shape, const Pose& start, const Obstacle& obstac
     if (s.distance <= tolerance) return t;
     const double closing = -s.normal.dot(direction);
     if (closing <= 1e-9) return length;  // convex shapes that part along a line never meet again on it
-    t += (s.distance - 0.5 * tolerance) / closing;
+    t += (s.distance - kAim * tolerance) / closing;
     options.guess = s.normal;
   }
   return std::min(t, length);

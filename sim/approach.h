@@ -27,7 +27,7 @@ struct ApproachScratch {
 // part is within `tolerance` of the table or of an object. Conservative advancement along the line (van den
 // Bergen, "Ray casting against general convex objects", 2004): the distance of convex shapes is convex along
 // a line, so that steps of distance / closing speed come down on the first touch from above and nothing thin
-// is skipped. The hand rests with a gap between half the tolerance and the tolerance.
+// is skipped. The hand rests with a gap between 0.9 of the tolerance and the tolerance.
 ApproachResult approach(const HandModel& hand, const HandState& state, const PosedWorld& world,
                         const Vec3& direction, double length, double tolerance, ApproachScratch& scratch);
 

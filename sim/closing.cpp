@@ -9,6 +9,7 @@ namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr double kNotPosed = -1;
+constexpr double kAim = 0.9;          // steps aim at this part of the tolerance
 constexpr int kMaxEvents = 100000;    // per motor: far beyond need; a hand that gets there stays where it is
 constexpr double kMovingAway = 1e-3;  // part of the speed bound: slower than this along n counts as resting
 constexpr double kSmallestStep = 1e-9;  // of a motor's travel
@@ -122,9 +123,12 @@ void Closing::gather(const HandMotor& motor) {
       const Vec3 centre = pose * other.shape.centre;
       const double r = other.shape.radius + reach;
       if ((centre - hinge.position).squaredNorm() > r * r) continue;
-      const double middle = axis.dot(centre);
-      if (planar && (middle - other.shape.radius > slab_hi || middle + other.shape.radius < slab_lo))
-        continue;
+      if (planar) {
+        const Vec3 along = pose.rotation.transpose() * axis;
+        if (axis.dot(pose * other.shape.support(-along)) - other.shape.sweep > slab_hi ||
+            axis.dot(pose * other.shape.support(along)) + other.shape.sweep < slab_lo)
+          continue;
+      }
       add_pair(p, nullptr, other.shape, pose, centre);
     }
   }
@@ -145,8 +149,9 @@ void Closing::add_pair(int part, const Obstacle* obstacle, const Shape& shape, c
   pair.normal = table || !(length > 0) ? Vec3::UnitZ() : Vec3(between / length);
   const Vec3 top = pose * shape.support(pose.rotation.transpose() * pair.normal);
   pair.obstacle_top = pair.normal.dot(top) + shape.sweep;
+  pair.gap = 0;
   if (!renew_by_direction(pair, 0)) pair.due = 0;
-  if (pair.due < at(motion_, part).end) pairs_.push_back(pair);
+  if (!out_of_reach(pair)) pairs_.push_back(pair);
 }
 
 void Closing::advance() {
@@ -175,7 +180,7 @@ void Closing::advance() {
       pose_part(pair.part, due);
       if (!renew_by_direction(pair, due) && renew_by_distance(pair, due)) {
         stop(at(motion_, pair.part).active, due);
-      } else if (pair.due >= at(motion_, pair.part).end) {
+      } else if (out_of_reach(pair)) {
         pair = pairs_.back();
         pairs_.pop_back();
       }
@@ -211,7 +216,7 @@ void Closing::stop(JointSet joints, double s) {
     pair.speed = bound.speed;
     pair.acceleration = 0;
     pair.at = s;
-    pair.due = s + std::max(0.0, left - 0.5 * tolerance_) / bound.speed;
+    pair.due = s + std::max(0.0, left - kAim * tolerance_) / bound.speed;
     ++i;
   }
   refresh_motion(joints);
@@ -270,6 +275,13 @@ void Closing::set_due(Pair& pair, double s, double room) {
   pair.due = s + std::max(exhausted(room, pair.speed, pair.acceleration), room / motion.bound.speed);
 }
 
+// Whether the part can never come near again, whichever of its joints stop on the way: only then may a pair
+// be forgotten, since `due` holds for the joints that move now.
+bool Closing::out_of_reach(const Pair& pair) const {
+  const PartMotion& motion = motion_[static_cast<std::size_t>(pair.part)];
+  return pair.gap - motion.bound.speed * (motion.end - pair.at) > tolerance_;
+}
+
 // Renews the proof with the direction at hand: one or two support functions instead of a distance. False when
 // the direction shows too little.
 bool Closing::renew_by_direction(Pair& pair, double s) {
@@ -279,7 +291,7 @@ bool Closing::renew_by_direction(Pair& pair, double s) {
   pair.gap = gap;
   pair.speed = speed_along(pair.part, pair.normal, nullptr);
   pair.acceleration = motion.bound.acceleration;
-  set_due(pair, s, gap - 0.5 * tolerance_);
+  set_due(pair, s, gap - kAim * tolerance_);
   return pair.due - s > 0.1 * (motion.end - s);
 }
 
@@ -291,20 +303,21 @@ bool Closing::renew_by_distance(Pair& pair, double s) {
   const Shape& shape = hand_->parts()[p].shape;
   DistanceOptions options;
   options.guess = pair.normal;
-  options.stop_above = motion.bound.speed * (motion.end - s) + tolerance_;
+  options.stop_above = motion.bound.speed * (motion.end - s) + 1.001 * tolerance_;
   const Separation found = pair.obstacle != nullptr
                                ? distance(shape, state_->part[p], *pair.obstacle, options)
                                : distance(shape, state_->part[p], *pair.shape, *pair.pose, options);
-  if (found.bound_only) {  // farther than the part will ever go
+  pair.at = s;
+  pair.gap = found.distance;
+  if (found.bound_only) {  // out of reach
     pair.due = kNever;
     return false;
   }
   if (found.overlap || found.distance <= 0) return true;
   pair.normal = found.normal;
   pair.obstacle_top = found.normal.dot(found.on_b);
-  pair.gap = found.distance;
   pair.acceleration = motion.bound.acceleration;
-  double room = found.distance - 0.5 * tolerance_;
+  double room = found.distance - kAim * tolerance_;
   if (found.distance <= tolerance_) {
     if (speed_along(pair.part, pair.normal, &found.on_a) > -kMovingAway * motion.bound.speed) return true;
     room = found.distance;

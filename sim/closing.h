@@ -59,6 +59,7 @@ class Closing {
   double speed_along(int part, const Vec3& normal, const Vec3* point) const;
   bool renew_by_direction(Pair& pair, double s);
   bool renew_by_distance(Pair& pair, double s);
+  bool out_of_reach(const Pair& pair) const;
   void set_due(Pair& pair, double s, double room);
   void stop(JointSet joints, double s);
   void refresh_motion(JointSet changed);

@@ -11,6 +11,7 @@ namespace {
 
 constexpr int kMaxParts = 256;
 constexpr double kLargest = 10;            // m or rad: beyond this a hand file is in the wrong units
+constexpr int kMostBoxes = 3000;           // of joint values looked at to show that two parts never meet
 constexpr double kPresetClearance = 1e-3;  // m: parts this near at the preset are neighbours, not obstacles
 
 tl::unexpected<Error> bad(const std::string& what) {
@@ -63,14 +64,14 @@ Pose HandJoint::child(const Pose& X_WP, double value) const {
   return {X_WP.rotation * local, X_WP * origin.position};
 }
 
-Result<HandModel> HandModel::create(const proto::HandBundle& bundle) {
+Result<HandModel> HandModel::create(const proto::HandBundle& bundle, double tolerance) {
   HandModel hand;
   if (auto ok = hand.read_links(bundle); !ok) return tl::unexpected(ok.error());
   if (auto ok = hand.read_joints(bundle); !ok) return tl::unexpected(ok.error());
   if (auto ok = hand.read_motors(bundle); !ok) return tl::unexpected(ok.error());
   if (auto ok = hand.read_frames(bundle); !ok) return tl::unexpected(ok.error());
   hand.derive_bounds();
-  hand.derive_collisions();
+  hand.derive_collisions(tolerance);
   hand.derive_planar();
   return hand;
 }
@@ -235,23 +236,75 @@ HandModel::MotionBound HandModel::motion_bound(int part, JointSet active) const 
   return bound;
 }
 
-void HandModel::derive_collisions() {
+void HandModel::derive_collisions(double tolerance) {
   std::vector<Pose> X_HL(static_cast<std::size_t>(link_count()));
   forward(preset_, Pose{}, X_HL);
   for (HandPart& part : parts_) part.preset_pose = X_HL[static_cast<std::size_t>(part.link)] * part.pose;
   const auto parent = [&](int link) {
     return link == 0 ? -1 : joints_[static_cast<std::size_t>(link - 1)].parent_link;
   };
+  JointSet moving = 0;
+  for (const HandMotor& motor : motors_) moving |= motor.joints;
   may_collide_.assign(parts_.size() * parts_.size(), 0);
   for (std::size_t a = 0; a < parts_.size(); ++a) {
     for (std::size_t b = 0; b < parts_.size(); ++b) {
       const int la = parts_[a].link, lb = parts_[b].link;
-      if (la == lb || parent(la) == lb || parent(lb) == la) continue;
+      if (la == lb || parent(la) == lb || parent(lb) == la || !(ancestors(la) & moving)) continue;
       const Separation s =
           distance(parts_[a].shape, parts_[a].preset_pose, parts_[b].shape, parts_[b].preset_pose);
-      may_collide_[a * parts_.size() + b] = s.distance > kPresetClearance;
+      const bool fixed = !(ancestors(lb) & moving);
+      may_collide_[a * parts_.size() + b] =
+          s.distance > kPresetClearance &&
+          (!fixed || can_meet(static_cast<int>(a), static_cast<int>(b), tolerance));
     }
   }
+}
+
+// Branch and bound over the joint values the motors can reach: a box of them is done with when the distance
+// at its centre exceeds what the joints can move any point of the part within it.
+bool HandModel::can_meet(int part, int fixed_part, double tolerance) const {
+  struct Box {
+    std::vector<double> centre, half;
+  };
+  const auto p = static_cast<std::size_t>(part), q = static_cast<std::size_t>(fixed_part);
+  const JointSet chain = ancestors(parts_[p].link);
+  Box all{preset_, std::vector<double>(joints_.size(), 0)};
+  for (JointSet rest = chain; rest != 0; rest &= rest - 1) {
+    const auto j = static_cast<std::size_t>(__builtin_ctzll(rest));
+    if (ratio_[j] == 0) continue;
+    const double end = ratio_[j] > 0 ? joints_[j].upper : joints_[j].lower;
+    all.centre[j] = 0.5 * (preset_[j] + end);
+    all.half[j] = 0.5 * std::fabs(end - preset_[j]);
+  }
+  std::vector<Box> open{std::move(all)};
+  std::vector<Pose> X_HL(static_cast<std::size_t>(link_count()));
+  for (int looked = 0; !open.empty(); ++looked) {
+    if (looked == kMostBoxes) return true;
+    Box box = std::move(open.back());
+    open.pop_back();
+    forward(box.centre, Pose{}, X_HL);
+    const Pose pose = X_HL[static_cast<std::size_t>(parts_[p].link)] * parts_[p].pose;
+    const double d = distance(parts_[p].shape, pose, parts_[q].shape, parts_[q].preset_pose).distance;
+    if (d <= tolerance) return true;
+    double reachable = 0, most = 0;
+    std::size_t widest = 0;
+    for (std::size_t j = 0; j < joints_.size(); ++j) {
+      const double moves = box.half[j] * (joints_[j].prismatic ? 1 : lever_[j * parts_.size() + p]);
+      reachable += moves;
+      if (moves > most) {
+        most = moves;
+        widest = j;
+      }
+    }
+    if (d - reachable > tolerance) continue;
+    box.half[widest] *= 0.5;
+    Box other = box;
+    box.centre[widest] -= box.half[widest];
+    other.centre[widest] += other.half[widest];
+    open.push_back(std::move(box));
+    open.push_back(std::move(other));
+  }
+  return false;
 }
 
 void HandModel::derive_planar() {

@@ -52,8 +52,9 @@ struct HandMotor {
 
 class HandModel {
  public:
-  // Everything is checked: counts, finite numbers, the tree, limits, motors that share no joint.
-  static Result<HandModel> create(const proto::HandBundle& bundle);
+  // Everything is checked: counts, finite numbers, the tree, limits, motors that share no joint. `tolerance`
+  // (m): parts of the hand that never come this near to each other are never asked about.
+  static Result<HandModel> create(const proto::HandBundle& bundle, double tolerance = 0.01);
 
   int link_count() const { return static_cast<int>(ancestors_.size()); }
   int joint_count() const { return static_cast<int>(joints_.size()); }
@@ -91,7 +92,7 @@ class HandModel {
   }
 
   // Whether two parts may stop each other: not those on one link or on neighbours in the tree, nor those that
-  // touch already at the preset, nor those that one motor moves.
+  // touch already at the preset, nor those that cannot meet whatever the motors do.
   bool may_collide(int part_a, int part_b) const {
     return may_collide_[static_cast<std::size_t>(part_a) * parts_.size() +
                         static_cast<std::size_t>(part_b)] != 0;
@@ -103,7 +104,8 @@ class HandModel {
   Status read_motors(const proto::HandBundle& bundle);
   Status read_frames(const proto::HandBundle& bundle);
   void derive_bounds();
-  void derive_collisions();
+  void derive_collisions(double tolerance);
+  bool can_meet(int part, int fixed_part, double tolerance) const;
   void derive_planar();
 
   std::vector<HandJoint> joints_;

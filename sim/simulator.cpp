@@ -129,7 +129,7 @@ Result<std::shared_ptr<const Simulator>> GraspSimulator::create(
   if (objects.empty()) return fail(ErrorCode::kInvalid, "experiment: no object in the scene");
   std::shared_ptr<GraspSimulator> sim(new GraspSimulator);
   Status ok = check_ranges(experiment);
-  if (ok) ok = keep(HandModel::create(hand), sim->hand_model_);
+  if (ok) ok = keep(HandModel::create(hand, experiment.grasp().contact_tolerance()), sim->hand_model_);
   if (ok) ok = keep(World::create(experiment.scene(), objects), sim->world_);
   if (ok) ok = keep(DepthCamera::create(experiment, objects), sim->camera_);
   if (ok) ok = keep(Scene::create(experiment.scene(), sim->camera_->camera(), objects), sim->scene_);

@@ -1,4 +1,5 @@
-// Random trials on the built-in objects and hands: what the tests, the digest program and the benchmarks share.
+// Random trials on the built-in objects and hands: what the tests, the digest program and the benchmarks
+// share.
 #pragma once
 
 #include <memory>
