@@ -184,7 +184,8 @@ Status Statement::check_seal(std::string_view table) {
   const auto size = static_cast<std::size_t>(sqlite3_column_bytes(statement_.get(), column_++));
   if (data != nullptr && std::string_view(data, size) == expected) return {};
   return fail(ErrorCode::kInvalid, database_->file().string() + ": damaged: a row of table " +
-                                       std::string(table) + " does not match its seal");
+                                       std::string(table) +
+                                       " does not match its seal; restore a copy of the run");
 }
 
 // ---- Database ----
