@@ -216,9 +216,9 @@ proto::Network Network::to_proto() const {
 
 // Runs the updates; returns where the last one wrote.
 template <class Step>
-float* Network::update(float* from, float* to, int steps, Step step) const {
+float* Network::update(float* from, float* to, int steps, Step once) const {
   for (int s = recurrent_ ? bounded(steps) : 1; s > 0; --s) {
-    step(program(), from, to);
+    once(program(), from, to);
     std::swap(from, to);
   }
   return from;
@@ -235,6 +235,21 @@ void Network::activate(std::span<const float> in, std::span<float> out, Scratch&
   if (recurrent_) std::copy_n(from, stride_, to);
   const float* value = update(from, to, steps, kernel.one);
   for (std::size_t o = 0; o < output_node_.size(); ++o) out[o] = value[output_node_[o]];
+}
+
+void Network::step(std::span<const float> in, std::span<float> out, State& state) const {
+  const kernels::Kernels& kernel = kernels::active();
+  const auto inputs = static_cast<std::uint32_t>(inputs_);
+  if (state.values.size() != 2 * std::size_t{stride_}) state.values.assign(2 * std::size_t{stride_}, 0.0f);
+  float* from = state.values.data() + (state.second && recurrent_ ? stride_ : 0);
+  float* to = recurrent_ ? state.values.data() + (state.second ? 0 : stride_) : from;
+  if (!std::all_of(in.begin(), in.end(), [](float x) { return std::isfinite(x); })) return fill_nan(out);
+  std::copy_n(in.data(), inputs, from);
+  from[inputs] = 1.0f;
+  if (recurrent_) std::copy_n(from, inputs + 1, to);
+  kernel.one(program(), from, to);
+  state.second = recurrent_ && !state.second;
+  for (std::size_t o = 0; o < output_node_.size(); ++o) out[o] = to[output_node_[o]];
 }
 
 // 16 samples; false, with nothing done, if an input is not finite.

@@ -11,8 +11,8 @@
 
 namespace evograsp {
 
-// Synchronous updates that a recurrent network gets for one decision, wherever it runs: enough for an input to
-// pass three hidden nodes in a row.
+// Synchronous updates that a recurrent network gets for one decision, wherever it runs: enough for an input
+// to pass three hidden nodes in a row.
 inline constexpr int kRecurrentSteps = 4;
 
 // The columns of a network, wherever they are stored: see proto::Network for their meaning.
@@ -47,6 +47,11 @@ class Network {
   struct Scratch {
     std::vector<float> values;
   };
+  // What step() remembers; belongs to one network.
+  struct State {
+    std::vector<float> values;
+    bool second = false;  // which half holds the last update
+  };
 
   // Check everything (counts, ranges, ascending sources, sources before their targets unless recurrent): what
   // they get may come from a stranger.
@@ -64,6 +69,10 @@ class Network {
   // and makes `steps` synchronous updates: every node reads what the nodes before it held one update ago
   // (ignored when feed-forward).
   void activate(std::span<const float> in, std::span<float> out, Scratch& scratch, int steps = 1) const;
+  // One synchronous update of a recurrent network that keeps its state from call to call, as a controller in
+  // a loop does; a fresh State is zero. A feed-forward network has no state: the same as activate(). An input
+  // that is not finite gives NaN and leaves the state alone.
+  void step(std::span<const float> in, std::span<float> out, State& state) const;
   // `count` evaluations; in: count x inputs(), out: count x outputs(), row-major. Fastest in multiples of 16.
   void activate_batch(std::span<const float> in, std::span<float> out, int count, Scratch& scratch,
                       int steps = 1) const;
@@ -78,7 +87,7 @@ class Network {
   void compile(const NetworkColumns& columns);
   void fill_blocks(const kernels::Node& node);
   template <class Step>
-  float* update(float* from, float* to, int steps, Step step) const;
+  float* update(float* from, float* to, int steps, Step once) const;
   bool activate_sixteen(const float* in, float* out, Scratch& scratch, int steps) const;
   void spoil_columns(std::span<const float> in, std::span<float> out) const;
 

@@ -71,12 +71,13 @@ void Speciation::sort(std::span<const Genome> genomes, std::span<const Genome* c
   }
   const double wanted = target_, had = static_cast<double>(species.size());
   threshold_ *= 1.0 + std::clamp(0.1 * (had - wanted) / wanted, -0.03, 0.05);
-  constexpr int kRetries = 10;
-  for (int k = 0; k < kRetries; ++k) {
-    if (try_sort(genomes, representative, std::size_t{2} * target_, species, next_id)) break;
-    threshold_ *= 1.05;
-    if (k + 1 == kRetries) try_sort(genomes, representative, kNoLimit, species, next_id);
+  constexpr int kRetries = 40;  // raises the threshold 45-fold at most
+  int k = 0;
+  while (k < kRetries && !try_sort(genomes, representative, std::size_t{2} * target_, species, next_id)) {
+    threshold_ *= 1.1;
+    ++k;
   }
+  if (k == kRetries) try_sort(genomes, representative, kNoLimit, species, next_id);
   drop_empty(species, next_id);
 }
 
