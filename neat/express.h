@@ -1,50 +1,33 @@
-// From genotype to phenotype.
+// From genotype to phenotype, directly or, for a CPPN, by way of its substrate.
 #pragma once
 
-#include <cstdint>
-#include <span>
-#include <vector>
+#include <optional>
 
 #include "common/network.h"
 #include "neat/genome.h"
+#include "neat/genome_compiler.h"
+#include "neat/hyperneat.h"
+#include "proto/config.pb.h"
 
 namespace evograsp::neat {
 
-// Turns genomes into networks: enabled links only, nodes in evaluation order, hidden nodes that reach no
-// output left out (unless recurrent). Keeps its working storage from genome to genome. Linear in the links.
-// Not thread-safe.
+// Makes the networks of many genomes of one population: what express() of population.h does, faster the
+// second time. Not thread-safe.
 class Expressor {
  public:
-  explicit Expressor(const proto::NeatConfig& config) : recurrent_(config.recurrent()) {}
+  // A config that Population::create() accepted.
+  explicit Expressor(const proto::NeatConfig& config) : compiler_(config.recurrent()) {
+    if (config.has_hyperneat()) substrate_ = Substrate::make(config).value();
+  }
 
-  // The phenotype of a genome that holds its laws (check() in genome.h).
-  Network express(const Genome& genome);
-  // The columns of its network; they stay valid until the next call. `only`: with this output alone; -1: all.
-  NetworkColumns columns(const Genome& genome, int only = -1);
+  Network express(const Genome& genome) {
+    if (substrate_) return substrate_->express(genome, compiler_);
+    return Network::from_columns(compiler_.columns(genome)).value();
+  }
 
  private:
-  void count_links(const Genome& genome);
-  void gather_edges(const Genome& genome);
-  void mark_live(const Genome& genome, int only);
-  void order_nodes(const Genome& genome, int only);
-  void copy_enabled(const Genome& genome, const StartStructure::Segment& s, std::uint32_t& to);
-  void fill_links(const Genome& genome);
-  std::uint32_t value_of(const Genome& genome, std::uint32_t node) const;
-  void append(std::uint32_t place, std::uint32_t source, float weight);
-  void sort_sources();
-
-  bool recurrent_;
-  // By place (Genome::node_place).
-  std::vector<std::uint32_t> count_, position_, waiting_, edge_first_;
-  std::vector<std::uint8_t> live_;
-  std::vector<std::uint32_t> edge_from_, edge_to_, edge_by_source_;  // enabled links between computing nodes
-  std::vector<std::uint32_t> order_;                                 // places in evaluation order
-  std::vector<std::uint32_t> end_;                                   // where a place's next link goes
-  // The network's columns.
-  std::vector<std::uint8_t> activation_;
-  std::vector<float> bias_, weight_;
-  std::vector<std::uint32_t> first_link_, source_, output_node_;
-  std::vector<std::pair<std::uint32_t, float>> sorting_;
+  GenomeCompiler compiler_;
+  std::optional<Substrate> substrate_;
 };
 
 }  // namespace evograsp::neat

@@ -93,13 +93,39 @@ std::vector<double> top_two(const std::vector<Species>& species, const Ranking& 
   return share;
 }
 
+// The config that the genomes themselves are bred by. CPPNs: no input is a depth sample, and new nodes draw
+// from the functions whose patterns HyperNEAT is known for unless the config names some.
+proto::NeatConfig genome_config(const proto::NeatConfig& config) {
+  proto::NeatConfig result = config;
+  if (!config.has_hyperneat()) return result;
+  result.set_depth_weight_scale(1);
+  if (result.hidden_choice_size() == 0)
+    for (const auto f :
+         {proto::TANH, proto::SINE, proto::GAUSSIAN, proto::LINEAR, proto::ABS, proto::STEEP_SIGMOID})
+      result.add_hidden_choice(f);
+  return result;
+}
+
 }  // namespace
 
-Result<std::unique_ptr<EvolutionState>> EvolutionState::make(const proto::NeatConfig& config, int inputs,
+Result<std::unique_ptr<EvolutionState>> EvolutionState::make(const proto::NeatConfig& given, int inputs,
                                                              int outputs, std::uint64_t run_seed) {
-  if (Status status = check_config(config, inputs, outputs); !status) return tl::unexpected(status.error());
-  if (config.has_hyperneat()) return fail(ErrorCode::kUnsupported, "neat: hyperneat");
-  auto start = make_start(config, static_cast<std::uint32_t>(inputs), static_cast<std::uint32_t>(outputs));
+  auto ends =
+      std::pair(static_cast<std::uint32_t>(inputs), static_cast<std::uint32_t>(outputs));  // of the genomes
+  const proto::NeatConfig config = genome_config(given);
+  if (config.has_hyperneat()) {
+    const auto substrate = Substrate::make(config);
+    if (!substrate) return tl::unexpected(substrate.error());
+    if (ends != std::pair(substrate->inputs(), substrate->outputs()))
+      return bad("hyperneat describes networks of " + std::to_string(substrate->inputs()) + " inputs and " +
+                 std::to_string(substrate->outputs()) + " outputs, " + std::to_string(inputs) + " and " +
+                 std::to_string(outputs) + " are needed: set hyperneat.input_columns, input_rows, outputs");
+    ends = {kCppnInputs, substrate->cppn_outputs()};
+  }
+  if (Status status = check_config(config, static_cast<int>(ends.first), static_cast<int>(ends.second));
+      !status)
+    return tl::unexpected(status.error());
+  auto start = make_start(config, ends.first, ends.second);
   const std::uint32_t innovation = first_free_innovation(config, *start);
   const std::uint32_t node = start->first_hidden() + start->hidden;
   const std::uint32_t target = std::min(config.target_species(), config.population() / 2);

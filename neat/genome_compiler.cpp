@@ -1,10 +1,9 @@
-#include "neat/express.h"
+#include "neat/genome_compiler.h"
 
 #include <algorithm>
 #include <bit>
 #include <numeric>
-
-#include "neat/population.h"
+#include <tuple>
 
 namespace evograsp::neat {
 namespace {
@@ -26,7 +25,7 @@ bool has_inner_source(const StartStructure& start, const StartStructure::Segment
 
 }  // namespace
 
-void Expressor::count_links(const Genome& genome) {
+void GenomeCompiler::count_links(const Genome& genome) {
   count_.assign(genome.computed_nodes(), 0);
   for (const StartStructure::Segment& s : genome.start().segment)
     count_[genome.node_place(s.target)] += count_enabled(genome.flags(), s.first, s.count);
@@ -36,7 +35,7 @@ void Expressor::count_links(const Genome& genome) {
 }
 
 // Enabled links between nodes that compute, then sorted by source.
-void Expressor::gather_edges(const Genome& genome) {
+void GenomeCompiler::gather_edges(const Genome& genome) {
   const StartStructure& start = genome.start();
   edge_from_.clear();
   edge_to_.clear();
@@ -63,7 +62,7 @@ void Expressor::gather_edges(const Genome& genome) {
 }
 
 // Kahn's algorithm; then hidden nodes before outputs where the links allow it.
-void Expressor::order_nodes(const Genome& genome, int only) {
+void GenomeCompiler::order_nodes(const Genome& genome, int only) {
   const std::uint32_t nodes = genome.computed_nodes(), outputs = genome.outputs();
   order_.clear();
   if (recurrent_) {
@@ -89,7 +88,7 @@ void Expressor::order_nodes(const Genome& genome, int only) {
 }
 
 // Nodes that reach a wanted output; order_ holds all nodes, successors late in it.
-void Expressor::mark_live(const Genome& genome, int only) {
+void GenomeCompiler::mark_live(const Genome& genome, int only) {
   live_.assign(genome.computed_nodes(), 0);
   for (std::uint32_t o = 0; o < genome.outputs(); ++o) live_[o] = only < 0 || only == static_cast<int>(o);
   // One pass backwards settles a feed-forward network; a recurrent one may need more.
@@ -105,19 +104,19 @@ void Expressor::mark_live(const Genome& genome, int only) {
   }
 }
 
-std::uint32_t Expressor::value_of(const Genome& genome, std::uint32_t node) const {
+std::uint32_t GenomeCompiler::value_of(const Genome& genome, std::uint32_t node) const {
   if (node <= genome.bias_node()) return node;
   return genome.inputs() + 1 + position_[genome.node_place(node)];
 }
 
-void Expressor::append(std::uint32_t place, std::uint32_t source, float weight) {
+void GenomeCompiler::append(std::uint32_t place, std::uint32_t source, float weight) {
   const std::uint32_t k = end_[place]++;
   source_[k] = source;
   weight_[k] = weight;
 }
 
 // Links from inputs, whose numbers stay: run by run of enabled ones.
-void Expressor::copy_enabled(const Genome& genome, const StartStructure::Segment& s, std::uint32_t& to) {
+void GenomeCompiler::copy_enabled(const Genome& genome, const StartStructure::Segment& s, std::uint32_t& to) {
   const auto flags = genome.flags();
   for (std::uint32_t i = s.first; i < s.first + s.count;) {
     const std::uint32_t left = s.first + s.count - i, in_word = 64 - i % 64;
@@ -130,7 +129,7 @@ void Expressor::copy_enabled(const Genome& genome, const StartStructure::Segment
   }
 }
 
-void Expressor::fill_links(const Genome& genome) {
+void GenomeCompiler::fill_links(const Genome& genome) {
   const StartStructure& start = genome.start();
   for (const StartStructure::Segment& s : start.segment) {
     const std::uint32_t place = genome.node_place(s.target);
@@ -150,7 +149,7 @@ void Expressor::fill_links(const Genome& genome) {
 }
 
 // Late links stand behind the start's, which ascend already: insertion sort, or a real one for long disorder.
-void Expressor::sort_sources() {
+void GenomeCompiler::sort_sources() {
   for (std::size_t n = 0; n + 1 < first_link_.size(); ++n) {
     const std::uint32_t begin = first_link_[n], end = first_link_[n + 1];
     const auto sorted_until =
@@ -166,11 +165,7 @@ void Expressor::sort_sources() {
   }
 }
 
-Network Expressor::express(const Genome& genome) {
-  return Network::from_columns(columns(genome)).value();
-}
-
-NetworkColumns Expressor::columns(const Genome& genome, int only) {
+NetworkColumns GenomeCompiler::columns(const Genome& genome, int only) {
   count_links(genome);
   gather_edges(genome);
   order_nodes(genome, only);
