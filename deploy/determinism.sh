@@ -1,0 +1,44 @@
+#!/usr/bin/env bash
+# Proves that bits do not depend on the machine: the digest of the same trials from both compilers, two optimisation
+# levels and three processors, and every determinism test under each. Needs deploy/setup.sh --ci.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+trials=${1:-2000}
+
+build() {
+  cmake --preset "$1" >/dev/null
+  cmake --build --preset "$1" --parallel "$(nproc)" --target sim_digest neat_determinism_test common_determinism_test >/dev/null
+}
+for preset in release clang o2; do build "$preset"; done
+
+passed=0 failed=0 reference=
+check() { # NAME COMMAND...: the command's output must equal that of the first check
+  local name=$1 output
+  shift
+  output=$("$@") || output="exit $?"
+  if [ -z "$reference" ]; then reference=$output; fi
+  if [ "$output" = "$reference" ]; then
+    passed=$((passed + 1)); echo "same       $name  $(echo "$output" | tail -n 1)"
+  else
+    failed=$((failed + 1)); echo "DIFFERENT  $name"; diff <(echo "$reference") <(echo "$output") | head -n 5
+  fi
+}
+
+check "gcc -O3" build/release/bin/sim_digest "$trials"
+check "gcc -O2" build/o2/bin/sim_digest "$trials"
+check "clang -O3" build/clang/bin/sim_digest "$trials"
+check "gcc -O3 on an emulated Nehalem" qemu-x86_64 -cpu Nehalem build/release/bin/sim_digest "$trials"
+check "gcc -O3 on every emulated extension" qemu-x86_64 -cpu max build/release/bin/sim_digest "$trials"
+
+for preset in o2 clang; do
+  for test in neat common; do
+    if "build/$preset/bin/${test}_determinism_test" >/tmp/determinism.$$ 2>&1; then
+      passed=$((passed + 1)); echo "same       ${test}_determinism_test built by $preset"
+    else
+      failed=$((failed + 1)); echo "DIFFERENT  ${test}_determinism_test built by $preset"; tail -n 20 /tmp/determinism.$$
+    fi
+  done
+done
+rm -f /tmp/determinism.$$
+echo "$passed passed, $failed failed"
+[ "$failed" -eq 0 ]
