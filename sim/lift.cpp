@@ -11,9 +11,9 @@
 namespace evograsp::sim {
 namespace {
 
-constexpr double kRestSpeed = 0.05;  // rad/s or m/s: slower fingers are at rest,
-constexpr double kRestTime = 0.05;   // s: when they have been for so long
-constexpr double kSettle = 0.1;      // s: and not before
+constexpr double kRestSpeed = 0.1;  // of a joint's own: slower fingers are at rest,
+constexpr double kRestTime = 0.05;  // s: when they have been for so long
+constexpr double kSettle = 0.1;     // s: and not before
 
 Status check(const LiftSetup& setup, const LiftOptions& options) {
   const auto refuse = [](const std::string& why) { return fail(ErrorCode::kInvalid, "lift test: " + why); };
@@ -70,6 +70,7 @@ class Run {
       step(Vec3::Zero(), 0);
       rest = world_.fastest_joint() < kRestSpeed ? rest + options_.step_s : 0;
     }
+    world_.hold_closed();
     closed_ = world_.object();
     closed_at_ = report_.time;
   }

@@ -23,7 +23,7 @@
 namespace evograsp::sim {
 
 struct LiftOptions {
-  double close_s = 1.5;  // at most; less when the fingers come to rest
+  double close_s = 1.2;  // at most; less when the fingers come to rest
   double lift_m = 0.10;
   double lift_s = 0.5;
   double hold_s = 1.0;

@@ -15,15 +15,20 @@
 #include <vector>
 
 #include "sim/lift_shapes.h"
+#include "sim/shape.h"
 
 namespace evograsp::sim {
 namespace {
 
-constexpr int kSolverIterations = 30;
+constexpr int kSolverIterations = 50;
 constexpr double kTableHalf = 0.5, kTableThickness = 0.05;  // m
 constexpr double kLeastLinkMass = 0.01;                     // kg, for links whose file names none
-constexpr double kLockedTorque = 50;                        // N m: a joint that no motor moves
-constexpr double kStiffness = 0.2;                          // of the remaining error, taken back in one step
+// kg m^2: what a geared motor's rotor adds to a joint (1e-7 through 70 to 1). Without it a fingertip's own
+// 1e-5 meets torques that would spin it up by 200 rad/s in a step, and the solver cannot balance those with
+// contacts.
+constexpr double kRotorInertia = 5e-4;
+constexpr double kLockedTorque = 50;  // N m: a joint that no motor moves
+constexpr double kStiffness = 0.2;    // of the remaining error, taken back in one step
 
 enum Group { kTable = 1, kObject = 2, kHand = 4 };
 
@@ -45,6 +50,65 @@ Principal principal_frame(const proto::ObjectBundle& object) {
   return p;
 }
 
+// A motor of a joint; once it holds, it only pushes towards closed: what opens the joint it resists, what
+// closes it further it lets be.
+class ClosingMotor : public btMultiBodyJointMotor {
+ public:
+  ClosingMotor(btMultiBody* body, int joint, double velocity, double impulse)
+      : btMultiBodyJointMotor(body, joint, velocity, impulse), forward_(velocity > 0) {}
+
+  void hold(double position, double impulse) {
+    holds_ = true;
+    setVelocityTarget(0);
+    setPositionTarget(position, kStiffness);
+    setMaxAppliedImpulse(impulse);
+  }
+
+  void createConstraintRows(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data,
+                            const btContactSolverInfo& info) override {
+    const int first = rows.size();
+    btMultiBodyJointMotor::createConstraintRows(rows, data, info);
+    for (int i = first; holds_ && i < rows.size(); ++i) {
+      (forward_ ? rows[i].m_lowerLimit : rows[i].m_upperLimit) = 0;
+    }
+  }
+
+ private:
+  bool forward_;
+  bool holds_ = false;
+};
+
+bool moves(const proto::HandBundle::Motor& motor, int joint) {
+  return std::find(motor.joint().begin(), motor.joint().end(), joint) != motor.joint().end();
+}
+
+// How far the link beyond a joint, and what the same motor moves beyond that, reaches when straight.
+double lever(const proto::HandBundle& hand, const proto::HandBundle::Motor& motor, int joint) {
+  double reach = 0;
+  for (const auto& part : hand.link(joint + 1).part()) {
+    if (const auto shape = Shape::from_proto(part)) {
+      reach = std::max(reach, (from_proto(part.pose()) * shape->centre).norm() + shape->radius);
+    }
+  }
+  for (int next = joint + 1; next < hand.joint_size(); ++next) {
+    const auto& child = hand.joint(next);
+    if (static_cast<int>(child.parent_link()) != joint + 1 || !moves(motor, next)) continue;
+    reach = std::max(reach, from_proto(child.origin()).position.norm() + lever(hand, motor, next));
+  }
+  return reach;
+}
+
+// The lever of a joint as a part of that of its finger's first joint.
+double lever_share(const proto::HandBundle& hand, const proto::HandBundle::Motor& motor, int joint) {
+  int first = joint;
+  while (hand.joint(first).parent_link() > 0 &&
+         moves(motor, static_cast<int>(hand.joint(first).parent_link()) - 1)) {
+    first = static_cast<int>(hand.joint(first).parent_link()) - 1;
+  }
+  const double whole = lever(hand, motor, first);
+  return whole > 0 ? lever(hand, motor, joint) / whole : 1;
+}
+
 }  // namespace
 
 // Members die in reverse order: the world first, then what it points at.
@@ -59,7 +123,15 @@ struct LiftWorld::Parts {
   std::unique_ptr<btMultiBody> hand;
   std::vector<std::unique_ptr<btMultiBodyLinkCollider>> colliders;
   std::vector<std::unique_ptr<btMultiBodyConstraint>> constraints;
-  std::vector<int> driven;  // joints that motors close
+  // A joint that a motor closes.
+  struct Driven {
+    int joint;
+    double torque;  // towards closed, signed
+    double speed;   // when nothing is in the way
+    ClosingMotor* row;
+  };
+  std::vector<Driven> driven;
+  bool squeezing = false;
   btMultiBodyDynamicsWorld world{&dispatcher, &broadphase, &solver, &configuration};
   double step_s = 0, gravity = 0;
 
@@ -105,8 +177,7 @@ void LiftWorld::Parts::add_joint(const proto::HandBundle& bundle, int index) {
   btVector3 inertia;
   shapes.body(link.part(), Pose{Mat3::Identity(), from_proto(link.centre_of_mass())})
       ->calculateLocalInertia(mass, inertia);
-  // A floor for slender links, as a sphere of 5 mm has it: impulses on smaller ones are all noise.
-  inertia.setMax(btVector3(1, 1, 1) * (0.4 * mass * 0.005 * 0.005));
+  inertia += btVector3(1, 1, 1) * kRotorInertia;
   const btQuaternion to_link = quaternion(origin.rotation.transpose());
   const btVector3 pivot = to_bullet(Vec3(origin.position - parent_centre));
   const btVector3 centre = to_bullet(from_proto(link.centre_of_mass()));
@@ -125,7 +196,6 @@ void LiftWorld::Parts::add_collider(const proto::HandBundle& bundle, int link, d
   collider->setCollisionShape(shapes.body(bundle.link(link).part(), frame));
   collider->setFriction(mu);
   if (link == 0) {
-    collider->setCollisionFlags(collider->getCollisionFlags() | btCollisionObject::CF_STATIC_OBJECT);
     hand->setBaseCollider(collider.get());
   } else {
     hand->getLink(link - 1).m_collider = collider.get();
@@ -155,12 +225,11 @@ void LiftWorld::Parts::add_motors(const proto::HandBundle& bundle, std::span<con
         hold(j, start[j], motor.max_torque());
         continue;
       }
-      const double torque = motor.max_torque() / std::fabs(ratio);
-      auto row =
-          std::make_unique<btMultiBodyJointMotor>(hand.get(), j, motor.speed() * ratio, torque * step_s);
+      const double torque = motor.max_torque() * lever_share(bundle, motor, j);
+      auto row = std::make_unique<ClosingMotor>(hand.get(), j, motor.speed() * ratio, torque * step_s);
       world.addMultiBodyConstraint(row.get());
+      driven.push_back({j, std::copysign(torque, ratio), motor.speed() * std::fabs(ratio), row.get()});
       constraints.push_back(std::move(row));
-      driven.push_back(j);
     }
   }
   for (int j = 0; j < bundle.joint_size(); ++j) {
@@ -211,7 +280,18 @@ void LiftWorld::step(const Vec3& acceleration, double table_speed) {
   p.table_state.getWorldTransform(table);
   table.getOrigin() -= btVector3(0, 0, table_speed * p.step_s);
   p.table_state.setWorldTransform(table);
+  if (p.squeezing) {
+    for (const auto& driven : p.driven) p.hand->addJointTorque(driven.joint, driven.torque / 2);
+  }
   p.world.stepSimulation(p.step_s, 0);
+}
+
+void LiftWorld::hold_closed() {
+  Parts& p = *parts_;
+  p.squeezing = true;
+  for (const auto& driven : p.driven) {
+    driven.row->hold(p.hand->getJointPos(driven.joint), std::fabs(driven.torque) / 2 * p.step_s);
+  }
 }
 
 void LiftWorld::remove_table() {
@@ -242,7 +322,9 @@ double LiftWorld::joint(int index) const {
 
 double LiftWorld::fastest_joint() const {
   double fastest = 0;
-  for (int j : parts_->driven) fastest = std::max(fastest, std::fabs(parts_->hand->getJointVel(j)));
+  for (const auto& driven : parts_->driven) {
+    fastest = std::max(fastest, std::fabs(parts_->hand->getJointVel(driven.joint)) / driven.speed);
+  }
   return fastest;
 }
 

@@ -20,6 +20,9 @@ class LiftWorld {
   // One step during which the hand accelerates by `acceleration` and the table sinks at `table_speed`, m/s.
   void step(const Vec3& acceleration, double table_speed);
   void remove_table();
+  // From now on half of each motor's torque squeezes and the other half keeps the joint where it is, as a
+  // servo does that has closed. Opposed pure torques would drift together at the least push.
+  void hold_closed();
 
   Pose object() const;        // frame at the centre of mass, along the principal axes of inertia
   bool touches_hand() const;  // the object, now
