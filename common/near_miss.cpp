@@ -11,6 +11,13 @@ char lower(char c) {
   return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
 }
 
+// The one word that begins like this; nothing when there are several.
+std::optional<std::string> only_completion(std::string_view word, std::span<const std::string> known) {
+  const auto begins = [word](const std::string& candidate) { return candidate.starts_with(word); };
+  if (word.size() < 3 || std::ranges::count_if(known, begins) != 1) return std::nullopt;
+  return *std::ranges::find_if(known, begins);
+}
+
 }  // namespace
 
 int edit_distance(std::string_view a, std::string_view b) {
@@ -45,7 +52,8 @@ std::optional<std::string> near_miss(std::string_view word, std::span<const std:
       found = &candidate;
     }
   }
-  return found != nullptr ? std::optional<std::string>(*found) : std::nullopt;
+  if (found != nullptr) return *found;
+  return only_completion(word, known);
 }
 
 std::string did_you_mean(std::string_view word, std::span<const std::string> known) {
