@@ -31,7 +31,7 @@ Status check_nodes(const Genome& genome) {
 }
 
 Status check_links(const Genome& genome) {
-  std::unordered_set<std::uint64_t> pairs;
+  std::unordered_set<std::uint64_t> pairs;  // lookup only
   for (std::uint32_t i = 0; i < genome.links(); ++i) {
     const Link link = genome.link(i);
     const std::string name = "link " + std::to_string(link.innovation) + ": ";

@@ -46,8 +46,8 @@ class Innovations {
   std::uint32_t next_innovation_;
   std::uint32_t next_node_;
   // Looked up, never walked through.
-  std::unordered_map<std::uint64_t, std::uint32_t> links_;
-  std::unordered_map<std::uint32_t, Split> splits_;
+  std::unordered_map<std::uint64_t, std::uint32_t> links_;  // lookup only
+  std::unordered_map<std::uint32_t, Split> splits_;         // lookup only
 };
 
 }  // namespace evograsp::neat
