@@ -113,8 +113,9 @@ class Assembler {
         proto::HandBundle::Motor& motor = *bundle_.mutable_motor(driver[leader]);
         const auto slot =
             std::find(motor.joint().begin(), motor.joint().end(), static_cast<std::uint32_t>(leader));
-        motor.add_joint(static_cast<std::uint32_t>(i));
-        motor.add_ratio(motor.ratio(static_cast<int>(slot - motor.joint().begin())) * joint.multiplier);
+        const double leader_ratio = motor.ratio(static_cast<int>(slot - motor.joint().begin()));
+        motor.add_joint(static_cast<std::uint32_t>(i));  // moves the list: slot is void from here on
+        motor.add_ratio(leader_ratio * joint.multiplier);
         driver[i] = driver[leader];
         again = true;
       }

@@ -7,6 +7,7 @@
 
 #include "common/near_miss.h"
 #include "common/text_reader.h"
+#include "common/utf8.h"
 #include "embedded/configs.h"
 
 namespace evograsp {
@@ -62,6 +63,9 @@ std::vector<Diagnostic> parse_text(std::string_view text, const std::string& fil
   message.Clear();
   if (text.size() > kLargestText) {
     return {{file_name, 0, 0, "larger than 1 MiB: not a file that a person wrote"}};
+  }
+  if (const auto stranger = first_non_text(text)) {
+    return {{file_name, 0, 0, "not a text file: byte " + std::to_string(*stranger) + " is no UTF-8 text"}};
   }
   TextReader reader(text, file_name);
   auto diagnostics = reader.read(message);

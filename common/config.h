@@ -32,9 +32,10 @@ struct Position {
 using Positions = std::map<std::string, Position>;
 
 // Parses protobuf text into `message` and checks every annotation of proto/options.proto but `path` (ranges,
-// required fields). Returns the diagnostics: all of them at once (at most 50), in the order of the file;
+// required fields). Returns the diagnostics: all of them at once (at most 30), in the order of the file;
 // empty when the file is good. Strict: unknown keys, duplicate keys and numbers that are not finite are
-// refused. Bounded: files over 1 MiB and nesting over 32 levels are refused. Thread-safe.
+// refused. Bounded: files that
+// are no UTF-8 text, files over 1 MiB and nesting over 32 levels are refused. Thread-safe.
 std::vector<Diagnostic> parse_text(std::string_view text, const std::string& file_name,
                                    google::protobuf::Message& message, Positions* positions = nullptr);
 

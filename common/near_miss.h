@@ -14,8 +14,8 @@ namespace evograsp {
 int edit_distance(std::string_view a, std::string_view b);
 
 // The word a person most likely meant: at most a third of its letters (at least one, at most three) edited.
-// The first of equally near ones; else
-// the only one that begins with it. Words over 64 characters are nobody's near miss.
+// The first of equally near ones; else the only word that begins with it. Words over 64 characters are
+// nobody's near miss.
 std::optional<std::string> near_miss(std::string_view word, std::span<const std::string> known);
 
 // ": did you mean 'x'?", or "" without a near miss.

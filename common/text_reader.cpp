@@ -13,7 +13,7 @@ using pb::io::Tokenizer;
 namespace {
 
 constexpr int kDeepest = 32;
-constexpr std::size_t kMostDiagnostics = 50;
+constexpr std::size_t kMostDiagnostics = 30;
 
 std::vector<std::string> field_names(const pb::Descriptor& type) {
   std::vector<std::string> names;
@@ -101,7 +101,8 @@ void TextReader::read_fields(Message& message, const std::string& path, std::str
       continue;
     }
     report(here(), "expected a key " + place(path) + ", found " + found());
-    tokenizer_.Next();
+    for (const int line = here().line; !at_end() && here().line == line && !looking_at(close);)
+      tokenizer_.Next();
   }
   if (!top && !accept(close)) report(opened, "'" + path + "' is opened here and never closed");
   check_required(message, path, top ? Position{} : opened);

@@ -8,6 +8,7 @@
 
 #include "common/near_miss.h"
 #include "common/text_reader.h"
+#include "common/utf8.h"
 #include "proto/options.pb.h"
 
 namespace evograsp {
@@ -22,23 +23,6 @@ std::string shortest(double value) {
   char buffer[32];
   const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
   return {buffer, end};
-}
-
-bool is_valid_utf8(std::string_view s) {
-  for (std::size_t i = 0; i < s.size();) {
-    const auto lead = static_cast<unsigned char>(s[i]);
-    const std::size_t length = lead < 0x80       ? 1
-                               : lead >> 5 == 6  ? 2
-                               : lead >> 4 == 14 ? 3
-                               : lead >> 3 == 30 ? 4
-                                                 : 0;
-    if (length == 0 || i + length > s.size() || lead == 0) return false;
-    for (std::size_t k = 1; k < length; ++k) {
-      if (static_cast<unsigned char>(s[i + k]) >> 6 != 2) return false;
-    }
-    i += length;
-  }
-  return true;
 }
 
 // "at least 0 m", "between 0 and 1", "above 0".
@@ -188,7 +172,7 @@ void TextReader::read_string(const Slot& slot) {
     Tokenizer::ParseStringAppend(tokenizer_.current().text, &value);
     tokenizer_.Next();
   }
-  if (slot.field.type() == Field::TYPE_STRING && !is_valid_utf8(value)) {
+  if (slot.field.type() == Field::TYPE_STRING && first_non_text(value)) {
     return report(at, "'" + slot.path + "' is not UTF-8 text");
   }
   const pb::Reflection& set = *slot.message.GetReflection();

@@ -169,7 +169,7 @@ TEST(ParseText, IsBounded) {
   EXPECT_THAT(complaints(deep), SizeIs(1));
   std::string many;
   for (int i = 0; i < 1000; ++i) many += "x: 1\n";
-  EXPECT_THAT(complaints(many), SizeIs(51));
+  EXPECT_THAT(complaints(many), SizeIs(31));
   EXPECT_THAT(complaints(many).back(), HasSubstr("too many mistakes"));
 }
 
@@ -177,6 +177,12 @@ TEST(ParseText, RefusesTextThatIsNotUtf8) {
   EXPECT_EQ(only_complaint("run { name: \"\\377\" }"), "f:1:13: 'run.name' is not UTF-8 text");
   EXPECT_EQ(only_complaint("run { name: \"a\\000b\" }"), "f:1:13: 'run.name' is not UTF-8 text");
   EXPECT_THAT(complaints("run { name: \"gr\xc3\xbc\xc3\x9f\" }"), IsEmpty());
+}
+
+TEST(ParseText, SaysOnceThatAFileIsNoText) {
+  EXPECT_EQ(only_complaint(std::string("run {\xff\x01\x02 }\n\0", 13)),
+            "f: not a text file: byte 5 is no UTF-8 text");
+  EXPECT_THAT(complaints("| a | b |\n| c |"), SizeIs(2)) << "one complaint a line";
 }
 
 TEST(LoadConfig, WritesEveryDefaultAndSaysWhereValuesCameFrom) {

@@ -1,0 +1,13 @@
+// Text or not?
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string_view>
+
+namespace evograsp {
+
+// Where the first thing stands that is no text: a malformed UTF-8 sequence or a NUL. Overlong forms pass.
+std::optional<std::size_t> first_non_text(std::string_view s);
+
+}  // namespace evograsp
