@@ -17,7 +17,7 @@ namespace evograsp::server {
 struct Session {
   std::string peer;  // routing id
   WorkerId id = 0;
-  WorkerView view;
+  PeerView view;
   int fd = -1;
   bool ready = false;  // its simulator stands
   double heard = 0;    // s, monotonic

@@ -97,7 +97,7 @@ void DispatchLoop::on_hello(const Received& message) {
   session->id = next_id_++;
   session->fd = message.fd;
   session->heard = now();
-  WorkerView& view = session->view;
+  PeerView& view = session->view;
   view.identity = clean(hello.identity());
   view.host = clean(hello.host());
   view.build = clean(hello.build());

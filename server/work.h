@@ -28,6 +28,17 @@ struct NetworkFrame {
   zmq::message_t bytes;  // serialised proto::Network
 };
 
+// A worker's session.
+struct PeerView {
+  std::string identity, host, build, state;
+  std::uint32_t pid = 0, slots = 0, outstanding = 0;
+  double joined = 0, heard = 0;  // Unix time, s
+  double round_trip = 0;         // s
+  std::uint64_t tasks = 0, trials = 0;
+  double busy_seconds = 0;  // of its slots, wall
+  double cpu_seconds = 0;
+};
+
 // Who wants to know. Called on the dispatcher's thread; must not block.
 class WorkSink {
  public:
@@ -42,19 +53,9 @@ class WorkSink {
   // ...).
   virtual void event(bool warning, const std::string& kind, const std::string& text) = 0;
   // A worker joined or went; state: active, draining, gone.
-  virtual void worker(const struct WorkerView& worker) = 0;
+  virtual void worker(const PeerView& worker) = 0;
   // The dispatcher cannot go on.
   virtual void broken(const Error& error) = 0;
-};
-
-struct WorkerView {
-  std::string identity, host, build, state;
-  std::uint32_t pid = 0, slots = 0, outstanding = 0;
-  double joined = 0, heard = 0;  // Unix time, s
-  double round_trip = 0;         // s
-  std::uint64_t tasks = 0, trials = 0;
-  double busy_seconds = 0;  // of its slots, wall
-  double cpu_seconds = 0;
 };
 
 // Counters since the start of this process, and what goes on now.
@@ -65,7 +66,7 @@ struct DispatchView {
   double trial_seconds = 0;  // mean, of a slot
   double busy_seconds = 0;   // of all slots, wall
   bool paused = false;
-  std::vector<WorkerView> workers;
+  std::vector<PeerView> workers;
 };
 
 }  // namespace evograsp::server

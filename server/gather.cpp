@@ -1,0 +1,185 @@
+#include "server/gather.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "common/digest.h"
+#include "common/log.h"
+
+namespace evograsp::server {
+
+void Gather::begin(Kind kind, std::uint32_t generation, std::vector<Item> items,
+                   std::vector<proto::TrialKey> trials) {
+  const std::lock_guard lock(mutex_);
+  kind_ = kind;
+  generation_ = generation;
+  items_ = std::move(items);
+  keys_ = std::move(trials);
+  judgements_.assign(items_.size(), {});
+  judged_ = 0;
+  without_trials_ = 0;
+}
+
+Judgement Gather::judge(std::span<const proto::Measurement> measurements) const {
+  Judgement judgement;
+  judgement.fitness = scorer_.evaluation(measurements);
+  judgement.trials = static_cast<std::uint32_t>(measurements.size());
+  judgement.successes =
+      static_cast<std::uint32_t>(std::count_if(measurements.begin(), measurements.end(), score::success));
+  judgement.judged = true;
+  return judgement;
+}
+
+void Gather::already(std::uint32_t index, const Judgement& judgement) {
+  const std::lock_guard lock(mutex_);
+  judgements_[index] = judgement;
+  ++judged_;
+}
+
+void Gather::evaluated(std::uint32_t index, std::vector<proto::Measurement> measurements) {
+  const Judgement judgement = judge(measurements);
+  const bool none = std::all_of(measurements.begin(), measurements.end(),
+                                [](const auto& m) { return m.outcome() == proto::NO_TRIAL; });
+  Evaluation evaluation;
+  {
+    const std::lock_guard lock(mutex_);
+    evaluation.generation = generation_;
+    evaluation.genome = items_[index].genome;
+    record(index, judgement, none);
+    trials_ += measurements.size();
+    ++evaluations_;
+  }
+  if (kind_ == Kind::kGeneration) {
+    evaluation.measurements = pack_measurements(measurements);
+    store_.journal(std::move(evaluation));
+  }
+}
+
+// Call with the mutex held.
+void Gather::record(std::uint32_t index, const Judgement& judgement, bool no_trials) {
+  judgements_[index] = judgement;
+  ++judged_;
+  if (no_trials) ++without_trials_;
+  if (kind_ != Kind::kValidation) return;
+  const Item& item = items_[index];
+  store_.keep_validation(
+      {item.generation, item.genome, judgement.trials, judgement.successes, judgement.fitness});
+}
+
+// Scored zero: its measurements are those of a network that answers nonsense.
+void Gather::poisoned(const Poisoned& network) {
+  PoisonRecord poison;
+  Evaluation evaluation;
+  {
+    const std::lock_guard lock(mutex_);
+    const Item& item = items_[network.network];
+    Judgement zero;
+    zero.trials = static_cast<std::uint32_t>(keys_.size());
+    zero.judged = true;
+    record(network.network, zero, false);
+    ++poisons_;
+    poison.generation = evaluation.generation = generation_;
+    poison.genome = evaluation.genome = item.genome;
+    poison.reason = std::to_string(network.strikes) + " workers died or hung on it";
+    poison.network = item.network;
+    proto::TrialKeys keys;
+    for (const proto::TrialKey& key : keys_) *keys.add_key() = key;
+    poison.trials = deterministic_bytes(keys);
+    std::vector<proto::Measurement> nonsense(keys_.size());
+    for (proto::Measurement& m : nonsense) m.set_outcome(proto::NOT_A_NUMBER);
+    evaluation.measurements = pack_measurements(nonsense);
+  }
+  event(true, "poison", "genome " + std::to_string(poison.genome) + " of generation " +
+                            std::to_string(poison.generation) + " is scored zero: " + poison.reason);
+  store_.keep_poison(std::move(poison));
+  if (kind_ == Kind::kGeneration) store_.journal(std::move(evaluation));
+}
+
+void Gather::finished() { wake(); }
+
+void Gather::notice(const std::string& text) {
+  const std::lock_guard lock(mutex_);
+  if (notice_ != text) spdlog::warn("a trial cannot be held: {}", text);
+  notice_ = text;
+}
+
+void Gather::event(bool warning, const std::string& kind, const std::string& text) {
+  if (warning)
+    spdlog::warn("{}", text);
+  else
+    spdlog::info("{}", text);
+  Event event;
+  event.severity = warning ? Severity::kWarning : Severity::kInfo;
+  event.kind = kind;
+  event.text = text;
+  store_.note(std::move(event));
+}
+
+void Gather::worker(const PeerView& peer) {
+  WorkerRecord record;
+  record.identity = peer.identity;
+  record.host = peer.host;
+  record.build = peer.build;
+  record.state = peer.state;
+  record.slots = peer.slots;
+  record.first_seen = peer.joined;
+  record.last_seen = peer.heard;
+  record.tasks = peer.tasks;
+  record.trials = peer.trials;
+  store_.saw_worker(std::move(record));
+}
+
+void Gather::broken(const Error& error) {
+  {
+    const std::lock_guard lock(mutex_);
+    error_ = error;
+  }
+  wake();
+}
+
+void Gather::wake() {
+  {
+    const std::lock_guard lock(mutex_);
+    woken_ = true;
+  }
+  changed_.notify_all();
+}
+
+bool Gather::wait(double seconds) {
+  std::unique_lock lock(mutex_);
+  changed_.wait_for(lock, std::chrono::duration<double>(seconds),
+                    [&] { return woken_ || judged_ == judgements_.size(); });
+  woken_ = false;
+  const bool complete = judged_ == judgements_.size();
+  if (complete && !judgements_.empty() && without_trials_ == judgements_.size() && !error_)
+    error_ = Error{ErrorCode::kInvalid, "no trial of this generation can be held: " + notice_};
+  return complete;
+}
+
+std::vector<Judgement> Gather::take() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(judgements_, {});
+}
+
+std::uint32_t Gather::judged() const {
+  const std::lock_guard lock(mutex_);
+  return judged_;
+}
+
+std::uint64_t Gather::trials() const {
+  const std::lock_guard lock(mutex_);
+  return trials_;
+}
+
+std::uint64_t Gather::evaluations() const {
+  const std::lock_guard lock(mutex_);
+  return evaluations_;
+}
+
+std::optional<Error> Gather::error() const {
+  const std::lock_guard lock(mutex_);
+  return error_;
+}
+
+}  // namespace evograsp::server

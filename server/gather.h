@@ -1,0 +1,84 @@
+// Between the dispatcher's thread, which brings results, and the run loop, which waits for them.
+//
+// Results are scored and journalled as they arrive, each network's trials in trial order; what comes out does not
+// depend on the order of arrival.
+#pragma once
+
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "score/score.h"
+#include "server/store.h"
+#include "server/work.h"
+
+namespace evograsp::server {
+
+// What the workers made of a network.
+struct Judgement {
+  double fitness = 0;
+  std::uint32_t trials = 0, successes = 0;
+  bool judged = false;
+};
+
+// Thread-safe.
+class Gather : public WorkSink {
+ public:
+  Gather(const score::Scorer& scorer, Store& store) : scorer_(scorer), store_(store) {}
+
+  enum class Kind { kGeneration, kValidation };
+  struct Item {
+    std::uint64_t genome = 0;
+    std::uint32_t generation = 0;    // that bred it
+    std::string network;             // serialised; kept when it turns out to be poison
+  };
+  // Before new work: forgets the old. trials: the plan's.
+  void begin(Kind kind, std::uint32_t generation, std::vector<Item> items, std::vector<proto::TrialKey> trials);
+  // Work that need not be done again; the same as evaluated(), without a journal entry.
+  void already(std::uint32_t index, const Judgement& judgement);
+  Judgement judge(std::span<const proto::Measurement> measurements) const;
+
+  // Wakes wait() for any other reason.
+  void wake();
+  // Returns when everything is judged, when woken, or after `seconds`; true when everything is judged.
+  bool wait(double seconds);
+  std::vector<Judgement> take();
+  std::uint32_t judged() const;
+  std::uint64_t trials() const;  // simulated for this process's work, all kinds
+  std::uint64_t evaluations() const;
+  // Why the run cannot go on.
+  std::optional<Error> error() const;
+
+  void evaluated(std::uint32_t index, std::vector<proto::Measurement> measurements) override;
+  void poisoned(const Poisoned& network) override;
+  void finished() override;
+  void notice(const std::string& text) override;
+  void event(bool warning, const std::string& kind, const std::string& text) override;
+  void worker(const PeerView& worker) override;
+  void broken(const Error& error) override;
+
+ private:
+  void record(std::uint32_t index, const Judgement& judgement, bool no_trials);
+
+  const score::Scorer& scorer_;
+  Store& store_;
+
+  mutable std::mutex mutex_;  // guards the rest
+  std::condition_variable changed_;
+  Kind kind_ = Kind::kGeneration;
+  std::uint32_t generation_ = 0;
+  std::vector<Item> items_;
+  std::vector<proto::TrialKey> keys_;
+  std::vector<Judgement> judgements_;
+  std::uint32_t judged_ = 0;
+  std::uint32_t without_trials_ = 0;  // networks for which no trial could be held
+  std::uint64_t trials_ = 0, evaluations_ = 0, poisons_ = 0;
+  std::string notice_;
+  std::optional<Error> error_;
+  bool woken_ = false;
+};
+
+}  // namespace evograsp::server
