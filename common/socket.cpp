@@ -55,21 +55,34 @@ Status check_exposure(const std::string& endpoint, bool encrypted, bool insecure
           "set net.curve_secret_key_file and net.curve_allow_file, or spell out --insecure");
 }
 
-Result<zmq::socket_t> make_router(zmq::context_t& context, const SocketOptions& options) {
+namespace {
+
+Result<zmq::socket_t> make_server(zmq::context_t& context, zmq::socket_type type,
+                                  const SocketOptions& options) {
   try {
-    zmq::socket_t socket(context, zmq::socket_type::router);
+    zmq::socket_t socket(context, type);
     apply(socket, options);
-    socket.set(zmq::sockopt::router_mandatory, true);
     socket.set(zmq::sockopt::backlog, 4096);
     if (options.curve) {
       apply_keys(socket, *options.curve);
       socket.set(zmq::sockopt::curve_server, true);
       socket.set(zmq::sockopt::zap_domain, "evograsp");
     }
+    if (type == zmq::socket_type::router) socket.set(zmq::sockopt::router_mandatory, true);
     return socket;
   } catch (const zmq::error_t& error) {
-    return socket_error("ROUTER", "make a socket", error);
+    return socket_error("listening", "make a socket", error);
   }
+}
+
+}  // namespace
+
+Result<zmq::socket_t> make_router(zmq::context_t& context, const SocketOptions& options) {
+  return make_server(context, zmq::socket_type::router, options);
+}
+
+Result<zmq::socket_t> make_publisher(zmq::context_t& context, const SocketOptions& options) {
+  return make_server(context, zmq::socket_type::pub, options);
 }
 
 Result<std::string> bind(zmq::socket_t& socket, const std::string& endpoint) {

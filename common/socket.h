@@ -39,6 +39,8 @@ Status check_exposure(const std::string& endpoint, bool encrypted, bool insecure
 // A ROUTER, not bound yet. Sends to unknown peers fail (EHOSTUNREACH) instead of vanishing. With CURVE keys
 // every handshake is put to the context's ZAP handler (common/zap.h).
 Result<zmq::socket_t> make_router(zmq::context_t& context, const SocketOptions& options);
+// A PUB, not bound yet. Slow subscribers miss messages; they never hold up the sender.
+Result<zmq::socket_t> make_publisher(zmq::context_t& context, const SocketOptions& options);
 // Binds one more endpoint; gives what was really bound: "tcp://127.0.0.1:*" becomes the port that was free.
 Result<std::string> bind(zmq::socket_t& socket, const std::string& endpoint);
 

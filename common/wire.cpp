@@ -88,6 +88,7 @@ bool receive(zmq::socket_t& socket, bool from_router, google::protobuf::Arena& a
   received.fault.clear();
   received.envelope = nullptr;
   received.fd = -1;
+  received.size = 0;
   zmq::message_t head;
   if (!socket.recv(head, zmq::recv_flags::dontwait)) return false;
   if (from_router) {
@@ -104,6 +105,8 @@ bool receive(zmq::socket_t& socket, bool from_router, google::protobuf::Arena& a
     received.body.clear();
     return true;
   }
+  received.size = head.size();
+  for (const zmq::message_t& frame : received.body) received.size += frame.size();
   auto* envelope = google::protobuf::Arena::CreateMessage<proto::Envelope>(&arena);
   if (!envelope->ParseFromArray(head.data(), static_cast<int>(head.size())))
     received.fault = "a frame that is not an envelope";

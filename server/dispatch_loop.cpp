@@ -130,8 +130,11 @@ SendResult DispatchLoop::send_task(const Session& session, const Assignment& wha
   for (const std::uint32_t network : what.networks) {
     task.add_network(networks_[network].id);
     bodies.push_back(share(networks_[network].bytes));
+    totals_.bytes_sent += bodies.back().size();
   }
-  return send(router_, session.peer, to_frame(envelope), std::move(bodies));
+  zmq::message_t head = to_frame(envelope);
+  totals_.bytes_sent += head.size();
+  return send(router_, session.peer, std::move(head), std::move(bodies));
 }
 
 void DispatchLoop::finish_if_done() {
@@ -142,7 +145,7 @@ void DispatchLoop::finish_if_done() {
 
 void DispatchLoop::report_poisoned() {
   for (const Poisoned& poisoned : scheduler_.take_poisoned()) {
-    ++totals_.evaluations;
+    ++totals_.poisoned;
     sink_.poisoned(poisoned);
   }
 }
@@ -230,6 +233,7 @@ bool DispatchLoop::receive_some() {
   Received message;
   for (int i = 0; i < kMessagesATurn; ++i) {
     if (!receive(router_, true, arena_, message)) return false;
+    totals_.bytes_received += message.size;
     handle(message);
     if (arena_.SpaceUsed() > (1 << 20)) arena_.Reset();
   }

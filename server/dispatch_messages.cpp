@@ -229,6 +229,7 @@ void DispatchLoop::on_result(Session& session, const proto::TaskResult& result) 
   session.view.trials += expected;
   totals_.busy_seconds += seconds;
   totals_.trials += expected;
+  ++totals_.tasks_done;
   for (const std::uint32_t network : accepted.complete) {
     ++totals_.evaluations;
     sink_.evaluated(network, std::move(measurements_[network]));

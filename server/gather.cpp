@@ -37,66 +37,75 @@ void Gather::already(std::uint32_t index, const Judgement& judgement) {
   ++judged_;
 }
 
-void Gather::evaluated(std::uint32_t index, std::vector<proto::Measurement> measurements) {
-  const Judgement judgement = judge(measurements);
-  const bool none = std::all_of(measurements.begin(), measurements.end(),
-                                [](const auto& m) { return m.outcome() == proto::NO_TRIAL; });
+std::vector<std::uint32_t> Gather::pending() {
+  const std::lock_guard lock(mutex_);
+  pending_.clear();
+  for (std::uint32_t i = 0; i < judgements_.size(); ++i)
+    if (!judgements_[i].judged) pending_.push_back(i);
+  return pending_;
+}
+
+// A journal entry of one of the dispatcher's networks, without its measurements.
+Evaluation Gather::blank(std::uint32_t network) const {
+  const std::lock_guard lock(mutex_);
   Evaluation evaluation;
-  {
-    const std::lock_guard lock(mutex_);
-    evaluation.generation = generation_;
-    evaluation.genome = items_[index].genome;
-    record(index, judgement, none);
-    trials_ += measurements.size();
-    ++evaluations_;
-  }
+  evaluation.generation = generation_;
+  evaluation.genome = items_[pending_[network]].genome;
+  return evaluation;
+}
+
+// Journalled before it counts: a generation is never committed ahead of its evaluations.
+void Gather::evaluated(std::uint32_t network, std::vector<proto::Measurement> measurements) {
   if (kind_ == Kind::kGeneration) {
+    Evaluation evaluation = blank(network);
     evaluation.measurements = pack_measurements(measurements);
     store_.journal(std::move(evaluation));
   }
+  const bool none = std::all_of(measurements.begin(), measurements.end(),
+                                [](const auto& m) { return m.outcome() == proto::NO_TRIAL; });
+  const Judgement judgement = judge(measurements);
+  const std::lock_guard lock(mutex_);
+  trials_ += measurements.size();
+  ++evaluations_;
+  record(network, judgement, none);
 }
 
 // Call with the mutex held.
-void Gather::record(std::uint32_t index, const Judgement& judgement, bool no_trials) {
+void Gather::record(std::uint32_t network, const Judgement& judgement, bool no_trials) {
+  const std::uint32_t index = pending_[network];
+  if (kind_ == Kind::kValidation) {
+    const Item& item = items_[index];
+    store_.keep_validation(
+        {item.generation, item.genome, judgement.trials, judgement.successes, judgement.fitness});
+  }
+  if (no_trials) ++without_trials_;
   judgements_[index] = judgement;
   ++judged_;
-  if (no_trials) ++without_trials_;
-  if (kind_ != Kind::kValidation) return;
-  const Item& item = items_[index];
-  store_.keep_validation(
-      {item.generation, item.genome, judgement.trials, judgement.successes, judgement.fitness});
 }
 
 // Scored zero: its measurements are those of a network that answers nonsense.
 void Gather::poisoned(const Poisoned& network) {
+  Evaluation evaluation = blank(network.network);
   PoisonRecord poison;
-  Evaluation evaluation;
-  {
-    const std::lock_guard lock(mutex_);
-    const Item& item = items_[network.network];
-    Judgement zero;
-    zero.trials = static_cast<std::uint32_t>(keys_.size());
-    zero.judged = true;
-    record(network.network, zero, false);
-    ++poisons_;
-    poison.generation = evaluation.generation = generation_;
-    poison.genome = evaluation.genome = item.genome;
-    poison.reason = std::to_string(network.strikes) + " workers died or hung on it";
-    poison.network = item.network;
-    proto::TrialKeys keys;
-    for (const proto::TrialKey& key : keys_) *keys.add_key() = key;
-    poison.trials = deterministic_bytes(keys);
-    std::vector<proto::Measurement> nonsense(keys_.size());
-    for (proto::Measurement& m : nonsense) m.set_outcome(proto::NOT_A_NUMBER);
-    evaluation.measurements = pack_measurements(nonsense);
-  }
-  event(true, "poison", "genome " + std::to_string(poison.genome) + " of generation " +
-                            std::to_string(poison.generation) + " is scored zero: " + poison.reason);
+  poison.generation = evaluation.generation;
+  poison.genome = evaluation.genome;
+  poison.reason = std::to_string(network.strikes) + " workers died or hung on it";
+  event(true, "poison",
+        "genome " + std::to_string(poison.genome) + " of generation " + std::to_string(poison.generation) +
+            " is scored zero: " + poison.reason);
+  proto::TrialKeys keys;
+  for (const proto::TrialKey& key : keys_) *keys.add_trial() = key;
+  poison.trials = deterministic_bytes(keys);
+  poison.network = items_[pending_[network.network]].network;
   store_.keep_poison(std::move(poison));
-  if (kind_ == Kind::kGeneration) store_.journal(std::move(evaluation));
+  std::vector<proto::Measurement> nonsense(keys_.size());
+  for (proto::Measurement& m : nonsense) m.set_outcome(proto::NOT_A_NUMBER);
+  evaluated(network.network, std::move(nonsense));
 }
 
-void Gather::finished() { wake(); }
+void Gather::finished() {
+  wake();
+}
 
 void Gather::notice(const std::string& text) {
   const std::lock_guard lock(mutex_);
@@ -155,6 +164,12 @@ bool Gather::wait(double seconds) {
   if (complete && !judgements_.empty() && without_trials_ == judgements_.size() && !error_)
     error_ = Error{ErrorCode::kInvalid, "no trial of this generation can be held: " + notice_};
   return complete;
+}
+
+void Gather::wait_for_wake(double seconds) {
+  std::unique_lock lock(mutex_);
+  changed_.wait_for(lock, std::chrono::duration<double>(seconds), [&] { return woken_; });
+  woken_ = false;
 }
 
 std::vector<Judgement> Gather::take() {

@@ -1,7 +1,7 @@
 // Between the dispatcher's thread, which brings results, and the run loop, which waits for them.
 //
-// Results are scored and journalled as they arrive, each network's trials in trial order; what comes out does not
-// depend on the order of arrival.
+// Results are scored and journalled as they arrive, each network's trials in trial order; what comes out does
+// not depend on the order of arrival.
 #pragma once
 
 #include <condition_variable>
@@ -32,19 +32,24 @@ class Gather : public WorkSink {
   enum class Kind { kGeneration, kValidation };
   struct Item {
     std::uint64_t genome = 0;
-    std::uint32_t generation = 0;    // that bred it
-    std::string network;             // serialised; kept when it turns out to be poison
+    std::uint32_t generation = 0;  // that bred it
+    std::string network;           // serialised; kept when it turns out to be poison (validation)
   };
   // Before new work: forgets the old. trials: the plan's.
-  void begin(Kind kind, std::uint32_t generation, std::vector<Item> items, std::vector<proto::TrialKey> trials);
+  void begin(Kind kind, std::uint32_t generation, std::vector<Item> items,
+             std::vector<proto::TrialKey> trials);
   // Work that need not be done again; the same as evaluated(), without a journal entry.
   void already(std::uint32_t index, const Judgement& judgement);
   Judgement judge(std::span<const proto::Measurement> measurements) const;
+  // Items still to be judged. From now on the dispatcher's network i is pending()[i].
+  std::vector<std::uint32_t> pending();
 
   // Wakes wait() for any other reason.
   void wake();
   // Returns when everything is judged, when woken, or after `seconds`; true when everything is judged.
   bool wait(double seconds);
+  // The same without looking at the work.
+  void wait_for_wake(double seconds);
   std::vector<Judgement> take();
   std::uint32_t judged() const;
   std::uint64_t trials() const;  // simulated for this process's work, all kinds
@@ -61,21 +66,25 @@ class Gather : public WorkSink {
   void broken(const Error& error) override;
 
  private:
-  void record(std::uint32_t index, const Judgement& judgement, bool no_trials);
+  Evaluation blank(std::uint32_t network) const;
+  void record(std::uint32_t network, const Judgement& judgement, bool no_trials);
 
   const score::Scorer& scorer_;
   Store& store_;
 
-  mutable std::mutex mutex_;  // guards the rest
-  std::condition_variable changed_;
+  // What the work is. Written while no work is out; then both threads only read it.
   Kind kind_ = Kind::kGeneration;
   std::uint32_t generation_ = 0;
   std::vector<Item> items_;
+  std::vector<std::uint32_t> pending_;  // item of each of the dispatcher's networks
   std::vector<proto::TrialKey> keys_;
+
+  mutable std::mutex mutex_;  // guards the rest
+  std::condition_variable changed_;
   std::vector<Judgement> judgements_;
   std::uint32_t judged_ = 0;
   std::uint32_t without_trials_ = 0;  // networks for which no trial could be held
-  std::uint64_t trials_ = 0, evaluations_ = 0, poisons_ = 0;
+  std::uint64_t trials_ = 0, evaluations_ = 0;
   std::string notice_;
   std::optional<Error> error_;
   bool woken_ = false;

@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "assets/assets.h"
 #include "common/result.h"
@@ -22,6 +23,8 @@ struct ServerOptions {
   assets::ResolvedExperiment experiment;  // unused when resuming: run.db holds the bundles
   std::filesystem::path run_dir;          // holds run.db; made when missing
   bool resume = false;
+  // Fields set here replace those of config.net, and of the stored config when resuming.
+  proto::NetConfig net;
   // When set, the dispatcher also binds inproc://evograsp in this context: `evograsp train` puts a Worker
   // there.
   zmq::context_t* context = nullptr;
@@ -38,6 +41,8 @@ struct GenerationReport {
 
 enum class RunState { kRunning, kPaused, kFinished, kStopped, kFailed };
 
+class RunControl;
+
 class Server {
  public:
   // Opens the store, binds every socket; nothing runs yet.
@@ -52,6 +57,12 @@ class Server {
   // Asks the run to commit what it has and return: async-signal-unsafe, callable from any thread.
   virtual void stop() = 0;
   virtual Result<proto::Champion> champion() const = 0;
+
+  // What was bound, free ports resolved; the inproc endpoint included.
+  virtual std::vector<std::string> endpoints() const = 0;
+  virtual int http_port() const = 0;  // 0: no HTTP
+  // Snapshots, pause, resume, checkpoint: server/run_control.h.
+  virtual RunControl& control() = 0;
 };
 
 }  // namespace evograsp::server

@@ -10,7 +10,8 @@ namespace {
 constexpr std::uint64_t kSetName = ~std::uint64_t{0};  // an index no placement has
 
 std::vector<std::uint32_t> targets_of(const proto::SceneConfig& scene, std::uint64_t seed) {
-  const auto present = scene_subset(seed, static_cast<std::uint32_t>(scene.object_size()), scene.objects_in_scene());
+  const auto present =
+      scene_subset(seed, static_cast<std::uint32_t>(scene.object_size()), scene.objects_in_scene());
   std::vector<std::uint32_t> targets;
   for (std::uint32_t i = 0; i < present.size(); ++i)
     if (present[i] != 0) targets.push_back(i);

@@ -14,12 +14,12 @@ struct TrialPlan {
   std::vector<proto::TrialKey> trials;
 };
 
-// config.trials.scenes placements; in each, every object that stands there is target in turn (or one drawn by the
-// seed), with config.trials.clicks clicks each. New ones each generation.
+// config.trials.scenes placements; in each, every object that stands there is target in turn (or one drawn by
+// the seed), with config.trials.clicks clicks each. New ones each generation.
 TrialPlan plan_generation(const proto::Config& config, std::uint32_t generation);
 
-// config.champion.validation_trials trials, each on a placement of its own that no generation has seen; targets take
-// turns among the objects that stand there.
+// config.champion.validation_trials trials, each on a placement of its own that no generation has seen;
+// targets take turns among the objects that stand there.
 TrialPlan plan_validation(const proto::Config& config);
 
 }  // namespace evograsp::server

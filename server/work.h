@@ -62,7 +62,9 @@ class WorkSink {
 struct DispatchView {
   SchedulerCounts scheduler;
   std::uint64_t trials = 0, evaluations = 0;
+  std::uint64_t tasks_done = 0, poisoned = 0;
   std::uint64_t refused = 0, malformed = 0, lost = 0;
+  std::uint64_t bytes_sent = 0, bytes_received = 0;
   double trial_seconds = 0;  // mean, of a slot
   double busy_seconds = 0;   // of all slots, wall
   bool paused = false;

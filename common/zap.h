@@ -1,0 +1,35 @@
+// Who may connect to CURVE sockets: keys in files, an allow-list, and the handler that ZeroMQ asks (ZAP, RFC
+// 27).
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <set>
+#include <string>
+#include <zmq.hpp>
+
+#include "common/result.h"
+#include "common/socket.h"
+
+namespace evograsp {
+
+// A key file holds lines "public-key = KEY" and "secret-key = KEY" (Z85, 40 characters), "server-key = KEY"
+// for a worker; # begins a comment. kInvalid when others may read a file with a secret in it (mode other than
+// 0600, 0400).
+Result<CurveKeys> load_keys(const std::filesystem::path& file);
+// One public key a line, anything after it is a comment (the worker's name, say).
+Result<std::set<std::string>> load_allow_list(const std::filesystem::path& file);
+// Makes a new pair. Writes FILE with mode 0600; refuses to replace one. server_key: see load_keys; may be
+// empty.
+Result<CurveKeys> generate_keys(const std::filesystem::path& file, const std::string& server_key);
+
+// Answers ZeroMQ's question about each handshake on sockets of `context`: CURVE with a key of the list comes
+// in. One a context, made before its sockets bind.
+class Gatekeeper {
+ public:
+  static Result<std::unique_ptr<Gatekeeper>> create(zmq::context_t& context, std::set<std::string> allowed);
+  virtual ~Gatekeeper() = default;
+  virtual std::uint64_t refused() const = 0;
+};
+
+}  // namespace evograsp

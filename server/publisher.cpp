@@ -1,0 +1,35 @@
+#include "server/publisher.h"
+
+#include "common/digest.h"
+
+namespace evograsp::server {
+
+Status Publisher::open(zmq::context_t& context, const proto::NetConfig& net, const Security& security) {
+  if (!net.has_publish() || net.publish().empty()) return {};
+  if (Status status = check_exposure(net.publish(), security.encrypted(), net.insecure()); !status)
+    return status;
+  auto socket = make_publisher(context, security.socket_options(net));
+  if (!socket) return tl::unexpected(socket.error());
+  auto bound = bind(*socket, net.publish());
+  if (!bound) return tl::unexpected(bound.error());
+  socket_ = std::move(*socket);
+  return {};
+}
+
+void Publisher::publish(const ResumePoint& run, const RunPosition& position) {
+  if (!socket_ || !position.best) return;
+  if (sent_ && position.best->generation == sent_generation_) return;
+  const auto champion = make_champion(run.info.config, run.info.experiment.fingerprint(), *position.best, {});
+  if (!champion) return;
+  publish(*champion);
+  sent_ = true;
+  sent_generation_ = position.best->generation;
+}
+
+void Publisher::publish(const proto::Champion& champion) {
+  if (!socket_) return;
+  socket_.send(zmq::str_buffer("champion"), zmq::send_flags::sndmore | zmq::send_flags::dontwait);
+  socket_.send(zmq::buffer(deterministic_bytes(champion)), zmq::send_flags::dontwait);
+}
+
+}  // namespace evograsp::server

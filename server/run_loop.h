@@ -1,0 +1,118 @@
+// Evolution from one committed generation to the next, and the choice of the champion at the end.
+//
+//   ask -> plan trials -> dispatch -> gather -> tell -> commit (on the store's thread) -> announce
+//
+// The next generation is evaluated while the last is still being committed; it is announced only after that.
+// Everything is a function of the config and the run's seed: neither the order in which results arrive, nor
+// how often the run was interrupted, changes a byte of what comes out.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "neat/population.h"
+#include "server/dispatcher.h"
+#include "server/gather.h"
+#include "server/server.h"
+#include "server/store.h"
+#include "server/trial_plan.h"
+
+namespace evograsp::server {
+
+// Where the loop stands, for snapshots.
+struct RunPosition {
+  std::string phase = "evolving";  // then "validating", "done"
+  std::uint32_t generation = 0;    // being evaluated
+  std::uint32_t wanted = 0;        // evaluations of this generation or of the validation
+  std::uint32_t done = 0;
+  std::optional<GenerationRecord> committed;  // the last one
+  std::vector<neat::SpeciesSummary> species;  // of it
+  double best_ever = 0;
+  std::optional<BestRecord> best;           // of all committed generations, by training fitness
+  std::optional<proto::Champion> champion;  // chosen
+  std::uint64_t trials = 0;
+  double seconds = 0;
+};
+
+// One thread runs run(); pause, resume, stop and wake may be called from any.
+class RunLoop {
+ public:
+  struct Callbacks {
+    std::function<void(const GenerationReport&)> generation;  // after its commit; on run()'s thread
+    std::function<void()> progress;                           // some times a second; on run()'s thread
+  };
+
+  RunLoop(const ResumePoint& start, neat::Population population, Store& store, Dispatcher& dispatcher,
+          Gather& gather, Callbacks callbacks);
+
+  Result<RunState> run();
+  void set_paused(bool paused);
+  void stop();
+  bool paused() const { return paused_; }
+
+  // On run()'s thread, or when it is not running.
+  const RunPosition& position() const { return position_; }
+
+ private:
+  struct Committed {
+    GenerationRecord record;
+    BestRecord best;
+    std::vector<neat::SpeciesSummary> species;
+    Status status;
+  };
+
+  bool evolved() const;
+  Status evolve_one(bool resumed);
+  Status hand_out(const std::vector<std::uint32_t>& pending, Work work);
+  void take_journalled();
+  void judge_generation(const TrialPlan& plan);
+  BestRecord best_of(const std::vector<double>& fitness) const;
+  GenerationRecord describe(const std::vector<double>& fitness) const;
+  void commit(GenerationRecord record, BestRecord best);
+  Status validate();
+  Status publish_champion(const BestRecord& best, const ValidationRecord& validation);
+
+  // Waits for the work that is out; answers to pause and stop meanwhile. An empty status and stopped_:
+  // interrupted.
+  Status wait_for_work();
+  Status wait_for_commits(std::size_t most);
+  Status announce();
+  Status health() const;
+  void follow_pause();
+  double seconds() const;
+
+  const proto::Config config_;
+  const std::string fingerprint_;
+  Store& store_;
+  Dispatcher& dispatcher_;
+  Gather& gather_;
+  Callbacks callbacks_;
+
+  neat::Population population_;
+  std::vector<std::string> networks_;        // serialised, of the generation being evaluated
+  std::vector<Evaluation> journalled_;       // of the generation that was interrupted
+  std::vector<ValidationRecord> validated_;  // before the interruption
+  std::deque<BestRecord> bests_;             // of the last champion.candidates generations
+  double last_best_ = 0;
+  std::uint32_t judged_generations_ = 0;
+  double seconds_before_ = 0;
+  std::uint64_t trials_ = 0, evaluations_ = 0;  // judged
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  std::chrono::steady_clock::time_point next_progress_{};
+  RunPosition position_;
+  bool pause_followed_ = false;
+
+  std::atomic<bool> paused_{false}, stopped_{false};
+
+  std::mutex mutex_;                 // guards the next
+  std::deque<Committed> committed_;  // waiting to be announced
+  std::size_t committing_ = 0;       // handed to the store, not announced
+};
+
+}  // namespace evograsp::server
