@@ -1,6 +1,145 @@
+// evograsp-server: the master of a run.
+#include <CLI/CLI.hpp>
 #include <cstdio>
 
-int main() {
-  std::puts("evograsp-server 0.1.0");
+#include "common/config.h"
+#include "common/log.h"
+#include "common/signals.h"
+#include "common/version.h"
+#include "server/server.h"
+
+namespace {
+
+using namespace evograsp;
+
+constexpr int kInterrupted = 130;
+
+constexpr char kExamples[] =
+    "Examples:\n"
+    "  evograsp-server --config cube --run-dir runs/cube            then: evograsp-worker on this machine\n"
+    "  evograsp-server --config my.txtpb --set neat.population=200 --seed 7\n"
+    "  evograsp-server --resume runs/cube                           goes on where it was, to the same bytes\n"
+    "  evograsp-server --config cube --listen 'tcp://*:5555' --set net.curve_secret_key_file=master.key \\\n"
+    "                  --set net.curve_allow_file=workers.pub       for workers on other machines\n\n"
+    "Without workers the run waits for them; they come and go at any time. SIGTERM: commit and exit 130; go "
+    "on with\n"
+    "--resume. A second signal: exit at once (what is committed stays).\n\n"
+    "Exit codes: 0 finished, 130 interrupted and resumable, 2 usage, 3 invalid config or run, 4 not found, 5 "
+    "reading or\n"
+    "writing failed, 6 address or run in use, 70 a bug.";
+
+struct Flags {
+  std::string config, run_dir, resume, listen, http, publish;
+  std::vector<std::string> set;
+  std::uint64_t seed = 0;
+  bool insecure = false, stay = false;
+  LogOptions log;
+};
+
+int report(const Error& error) {
+  std::fprintf(stderr, "evograsp-server: %s\n", error.message.c_str());
+  return static_cast<int>(error.code);
+}
+
+std::vector<std::string> overrides(const Flags& flags, bool seed_given) {
+  std::vector<std::string> all = flags.set;
+  if (seed_given) all.push_back("run.seed=" + std::to_string(flags.seed));
+  return all;
+}
+
+// What the flags say about addresses; also when resuming, where no config file is read.
+proto::NetConfig net_of(const CLI::App& app, const Flags& flags) {
+  proto::NetConfig net;
+  if (app.count("--listen") > 0) net.set_listen(flags.listen);
+  if (app.count("--http") > 0) net.set_http(flags.http);
+  if (app.count("--publish") > 0) net.set_publish(flags.publish);
+  if (flags.insecure) net.set_insecure(true);
+  return net;
+}
+
+Status fill_new(const Flags& flags, bool seed_given, server::ServerOptions& options) {
+  auto loaded =
+      load_config(flags.config, overrides(flags, seed_given),
+                  {{"scene.object", assets::builtin_objects()}, {"grasp.hand", assets::builtin_hands()}});
+  if (!loaded) {
+    for (const Diagnostic& diagnostic : loaded.error())
+      std::fprintf(stderr, "%s\n", diagnostic.text().c_str());
+    return fail(ErrorCode::kInvalid, flags.config + ": not usable");
+  }
+  auto experiment = assets::resolve_experiment(loaded->config, loaded->base);
+  if (!experiment) return tl::unexpected(experiment.error());
+  for (const std::string& warning : experiment->warnings) spdlog::warn("{}", warning);
+  options.config = std::move(loaded->config);
+  options.experiment = std::move(*experiment);
+  options.run_dir = flags.run_dir.empty() ? "runs/" + options.config.run().name() : flags.run_dir;
+  return {};
+}
+
+int run(server::ServerOptions options, bool stay, SignalWatch& signals) {
+  const std::string run_dir = options.run_dir.string();
+  auto made = server::Server::create(std::move(options));
+  if (!made) return report(made.error());
+  server::Server& server = **made;
+  Wakeup end;
+  signals.start([&] {
+    notify_service_manager("STOPPING=1");
+    spdlog::info("stopping: what is done is being committed");
+    server.stop();
+    end.notify();
+  });
+  for (const std::string& endpoint : server.endpoints()) spdlog::info("workers: {}", endpoint);
+  if (server.http_port() != 0) spdlog::info("http: port {}", server.http_port());
+  notify_service_manager("READY=1");
+  const auto state = server.run();
+  if (!state) return report(state.error());
+  if (*state != server::RunState::kFinished) {
+    std::fprintf(stderr, "evograsp-server: interrupted; go on with: evograsp-server --resume %s\n",
+                 run_dir.c_str());
+    return kInterrupted;
+  }
+  spdlog::info("finished: {}/champion.pb", run_dir);
+  if (stay) {
+    spdlog::info("staying to answer questions; SIGTERM ends it");
+    zmq::pollitem_t item{nullptr, end.fd(), ZMQ_POLLIN, 0};
+    zmq::poll(&item, 1, std::chrono::milliseconds(-1));
+  }
   return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  SignalWatch signals;
+  CLI::App app("The master of an evograsp run: evolves grasp controllers on workers.", "evograsp-server");
+  app.set_version_flag("--version", std::string("evograsp-server ") + kVersion);
+  app.footer(kExamples);
+  Flags flags;
+  auto* config = app.add_option("--config", flags.config, "config file or the name of a built-in one");
+  app.add_option("--run-dir", flags.run_dir, "folder of the run (default: runs/ and the config's name)");
+  app.add_option("--resume", flags.resume, "go on with the run in this folder")->excludes(config);
+  app.add_option("--listen", flags.listen, "where workers connect (net.listen), e.g. tcp://127.0.0.1:5555");
+  app.add_option("--http", flags.http, "where the HTTP API answers (net.http); empty: nowhere");
+  app.add_option("--publish", flags.publish, "where champions are published (net.publish)");
+  app.add_option("--seed", flags.seed, "the run's seed (run.seed)");
+  app.add_option("--set", flags.set, "any value of the config: neat.population=200")->take_all();
+  app.add_flag("--insecure", flags.insecure, "listen beyond this machine without keys");
+  app.add_flag("--stay", flags.stay, "answer questions after the run has finished, until SIGTERM");
+  app.add_flag("--log-json", flags.log.json, "log lines as JSON objects");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : static_cast<int>(ErrorCode::kUsage);
+  }
+  set_up_logging(flags.log);
+  server::ServerOptions options;
+  options.net = net_of(app, flags);
+  if (!flags.resume.empty()) {
+    options.run_dir = flags.resume;
+    options.resume = true;
+  } else if (flags.config.empty()) {
+    return report({ErrorCode::kUsage, "--config or --resume is wanted; see --help"});
+  } else if (Status status = fill_new(flags, app.count("--seed") > 0, options); !status) {
+    return report(status.error());
+  }
+  return run(std::move(options), flags.stay, signals);
 }

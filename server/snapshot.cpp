@@ -1,21 +1,12 @@
 #include "server/snapshot.h"
 
 #include <algorithm>
-#include <chrono>
 #include <utility>
 
 #include "common/digest.h"
 #include "common/version.h"
 
 namespace evograsp::server {
-
-namespace {
-
-double unix_time() {
-  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
-
-}  // namespace
 
 Snapshots::Snapshots(const ResumePoint& start, const std::filesystem::path& run_dir)
     : config_(start.info.config) {

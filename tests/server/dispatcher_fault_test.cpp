@@ -1,0 +1,285 @@
+// Peers that break the rules, vanish, freeze or come twice: the work gets done, once, and the master stays.
+#include <gtest/gtest.h>
+
+#include "common/random.h"
+#include "server/dispatcher.h"
+#include "tests/server/cluster.h"
+#include "tests/server/raw_peer.h"
+
+namespace evograsp {
+namespace {
+
+using testing::CountingSink;
+using testing::eventually;
+using testing::give_noop_work;
+using testing::noop_options;
+using testing::Process;
+using testing::RawPeer;
+using testing::TempDir;
+using testing::WorkerThread;
+
+int open_descriptors() {
+  int count = 0;
+  for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) ++count;
+  return count;
+}
+int threads() {
+  int count = 0;
+  for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator("/proc/self/task")) ++count;
+  return count;
+}
+
+class DispatcherFaults : public ::testing::Test {
+ protected:
+  void start(server::DispatcherOptions options = noop_options()) {
+    dispatcher_ = std::move(*server::Dispatcher::create(context_, std::move(options), sink_));
+    endpoint_ = dispatcher_->endpoints()[0];
+  }
+  // All of the last work was evaluated exactly once.
+  void expect_once(std::uint32_t networks) {
+    const auto evaluations = sink_.evaluations();
+    EXPECT_EQ(evaluations.size(), networks);
+    for (const auto& [index, times] : evaluations) EXPECT_EQ(times, 1) << "network " << index;
+  }
+
+  zmq::context_t context_{1};
+  CountingSink sink_;
+  std::unique_ptr<server::Dispatcher> dispatcher_;
+  std::string endpoint_;
+};
+
+TEST_F(DispatcherFaults, GarbageFromStrangersDoesNotHoldUpTheWork) {
+  start();
+  RawPeer stranger(context_, endpoint_);
+  Random random(1, Purpose::kTestHarness);
+  for (int i = 0; i < 2000; ++i) {
+    std::string bytes(random.below(200), '\0');
+    for (char& b : bytes) b = static_cast<char>(random.next());
+    stranger.send_bytes(bytes);
+  }
+  WorkerThread worker(&context_, endpoint_, 2);
+  give_noop_work(*dispatcher_, 500, 5, 0.0001);
+  ASSERT_TRUE(eventually([&] { return sink_.finished_times() == 1; }));
+  expect_once(500);
+  EXPECT_GT(sink_.events("malformed"), 0);
+  EXPECT_LT(sink_.events("malformed"), 100) << "a stranger fills the log";
+}
+
+TEST_F(DispatcherFaults, AnotherProtocolVersionIsRefusedWithTheReason) {
+  start();
+  RawPeer old(context_, endpoint_);
+  proto::Envelope hello = old.hello("old");
+  hello.set_protocol(kProtocolVersion + 1);
+  old.send(hello);
+  const auto answer = old.next();
+  ASSERT_TRUE(answer && answer->has_refusal());
+  EXPECT_FALSE(answer->refusal().retry());
+  EXPECT_NE(answer->refusal().reason().find("protocol version 2"), std::string::npos)
+      << answer->refusal().reason();
+}
+
+TEST_F(DispatcherFaults, AnotherBuildIsRefusedOnBothSides) {
+  start();
+  RawPeer other(context_, endpoint_);
+  proto::Envelope hello = other.hello("other");
+  hello.mutable_hello()->set_build("9.9");
+  other.send(hello);
+  const auto answer = other.next();
+  ASSERT_TRUE(answer && answer->has_refusal());
+  EXPECT_FALSE(answer->refusal().retry());
+  EXPECT_NE(answer->refusal().reason().find("9.9"), std::string::npos);
+  EXPECT_EQ(sink_.events("refused"), 1);
+}
+
+TEST_F(DispatcherFaults, AnotherExperimentIsRefused) {
+  start();
+  RawPeer peer(context_, endpoint_);
+  peer.send(peer.hello("peer"));
+  const auto welcome = peer.next();
+  ASSERT_TRUE(welcome && welcome->has_welcome());
+  proto::Envelope ready = make_envelope({welcome->run(), welcome->epoch()});
+  ready.mutable_ready()->set_fingerprint("another");
+  peer.send(ready);
+  const auto answer = peer.next();
+  ASSERT_TRUE(answer && answer->has_refusal());
+  EXPECT_NE(answer->refusal().reason().find("fingerprint"), std::string::npos);
+}
+
+TEST_F(DispatcherFaults, WithoutAHelloNothingIsBelieved) {
+  start();
+  RawPeer peer(context_, endpoint_);
+  proto::Envelope result = make_envelope({7, 1});
+  result.mutable_result()->set_id(1);
+  peer.send(result);
+  const auto answer = peer.next();
+  ASSERT_TRUE(answer && answer->has_refusal());
+  EXPECT_TRUE(answer->refusal().retry()) << "a worker that outlived its master must say hello again";
+}
+
+TEST_F(DispatcherFaults, AnOversizedFrameCostsTheConnectionOnly) {
+  start(noop_options(4096));
+  RawPeer peer(context_, endpoint_);
+  ASSERT_TRUE(peer.join("large"));
+  peer.send_bytes(std::string(100000, 'x'));
+  WorkerThread worker(&context_, endpoint_, 1);
+  give_noop_work(*dispatcher_, 50, 2, 0.0001);
+  ASSERT_TRUE(eventually([&] { return sink_.finished_times() == 1; }));
+  expect_once(50);
+}
+
+TEST_F(DispatcherFaults, AResultOfTheWrongSizeCostsTheSession) {
+  start();
+  RawPeer peer(context_, endpoint_);
+  ASSERT_TRUE(peer.join("short"));
+  give_noop_work(*dispatcher_, 2, 3, 0);
+  const auto task = peer.next();
+  ASSERT_TRUE(task && task->has_task());
+  proto::Envelope result = peer.result_of(task->task());
+  result.mutable_result()->mutable_measurement()->RemoveLast();
+  peer.send(result);
+  bool refused = false;
+  for (auto answer = peer.next(); answer && !refused; answer = peer.next()) refused = answer->has_refusal();
+  EXPECT_TRUE(refused);
+  WorkerThread worker(&context_, endpoint_, 1);
+  ASSERT_TRUE(eventually([&] { return sink_.finished_times() == 1; }));
+  expect_once(2);
+}
+
+TEST_F(DispatcherFaults, AResultCountsOnceHoweverOftenItComes) {
+  start();
+  RawPeer peer(context_, endpoint_);
+  ASSERT_TRUE(peer.join("eager"));
+  give_noop_work(*dispatcher_, 3, 2, 0, 1 << 19);
+  while (sink_.finished_times() == 0) {
+    const auto task = peer.next();
+    ASSERT_TRUE(task);
+    if (!task->has_task()) continue;
+    for (int i = 0; i < 3; ++i) peer.send(peer.result_of(task->task()));
+    eventually([&] { return sink_.finished_times() > 0; }, 0.05);
+  }
+  expect_once(3);
+  EXPECT_TRUE(eventually([&] { return dispatcher_->view().scheduler.late >= 6; }));
+}
+
+TEST_F(DispatcherFaults, ASecondProcessWithTheSameIdentityMustWait) {
+  start();
+  RawPeer first(context_, endpoint_), second(context_, endpoint_);
+  ASSERT_TRUE(first.join("twin"));
+  second.send(second.hello("twin", 2));
+  const auto answer = second.next();
+  ASSERT_TRUE(answer && answer->has_refusal());
+  EXPECT_TRUE(answer->refusal().retry());
+  EXPECT_NE(answer->refusal().reason().find("in use"), std::string::npos);
+}
+
+TEST_F(DispatcherFaults, AProcessThatComesBackReplacesItsOldSession) {
+  start();
+  RawPeer first(context_, endpoint_);
+  ASSERT_TRUE(first.join("phoenix"));
+  give_noop_work(*dispatcher_, 4, 1, 0);
+  ASSERT_TRUE(first.next());  // holds work now
+  RawPeer again(context_, endpoint_);
+  ASSERT_TRUE(again.join("phoenix"));
+  int answered = 0;
+  while (sink_.finished_times() == 0 && answered < 20) {
+    const auto task = again.next();
+    ASSERT_TRUE(task);
+    if (task->has_task()) again.send(again.result_of(task->task()));
+    ++answered;
+    eventually([&] { return sink_.finished_times() > 0; }, 0.05);
+  }
+  expect_once(4);
+}
+
+TEST_F(DispatcherFaults, AKilledWorkerIsNoticedLongBeforeAnyHeartbeat) {
+  server::DispatcherOptions options = noop_options();
+  options.silence_seconds = 30;
+  start(std::move(options));
+  TempDir dir;
+  Process victim("evograsp-worker", {"--connect", endpoint_, "--slots", "1"}, dir.path() / "victim");
+  ASSERT_TRUE(eventually([&] { return sink_.events("worker_joined") == 1; })) << victim.log();
+  victim.finish(SIGKILL);
+  const auto killed = std::chrono::steady_clock::now();
+  ASSERT_TRUE(eventually([&] { return sink_.events("worker_lost") == 1; }, 5));
+  EXPECT_LT(std::chrono::steady_clock::now() - killed, std::chrono::seconds(2));
+}
+
+TEST_F(DispatcherFaults, AFrozenWorkersTasksGoToOthers) {
+  start();
+  TempDir dir;
+  Process frozen("evograsp-worker", {"--connect", endpoint_, "--slots", "2"}, dir.path() / "frozen");
+  ASSERT_TRUE(eventually([&] { return sink_.events("worker_joined") == 1; })) << frozen.log();
+  give_noop_work(*dispatcher_, 200, 2, 0.002);
+  ASSERT_TRUE(eventually([&] { return dispatcher_->view().scheduler.tasks > 0; }));
+  frozen.signal(SIGSTOP);
+  WorkerThread worker(&context_, endpoint_, 2);
+  EXPECT_TRUE(eventually([&] { return sink_.finished_times() == 1; }));
+  expect_once(200);
+  EXPECT_TRUE(eventually([&] { return sink_.events("worker_lost") == 1; }));
+  frozen.signal(SIGCONT);  // its late results are nobody's; it says hello again
+  EXPECT_TRUE(eventually([&] { return sink_.events("worker_joined") >= 3; })) << frozen.log();
+}
+
+TEST_F(DispatcherFaults, ADrainedWorkerHandsBackAndIsNotBlamed) {
+  start();
+  TempDir dir;
+  Process leaving("evograsp-worker", {"--connect", endpoint_, "--slots", "1"}, dir.path() / "leaving");
+  ASSERT_TRUE(eventually([&] { return sink_.events("worker_joined") == 1; })) << leaving.log();
+  give_noop_work(*dispatcher_, 100, 1, 0.01);
+  ASSERT_TRUE(eventually([&] { return sink_.evaluations().size() > 2; }));
+  leaving.signal(SIGTERM);
+  EXPECT_EQ(leaving.finish(), 0) << leaving.log();
+  WorkerThread worker(&context_, endpoint_, 2);
+  EXPECT_TRUE(eventually([&] { return sink_.finished_times() == 1; }));
+  expect_once(100);
+  EXPECT_TRUE(eventually([&] { return sink_.events("worker_left") == 1; }));
+  EXPECT_EQ(dispatcher_->view().scheduler.strikes, 0U);
+}
+
+TEST_F(DispatcherFaults, ATaskPastItsDeadlineGoesElsewhereAndItsWorkerIsSentAway) {
+  server::DispatcherOptions options = noop_options();
+  options.scheduler.task_deadline = 0.3;
+  start(std::move(options));
+  RawPeer hung(context_, endpoint_);
+  ASSERT_TRUE(hung.join("hung"));
+  give_noop_work(*dispatcher_, 1, 1, 0);
+  const auto task = hung.next();
+  ASSERT_TRUE(task && task->has_task());
+  proto::Envelope started = make_envelope(hung.stamp());
+  started.mutable_started()->set_id(task->task().id());
+  started.mutable_started()->set_attempt(task->task().attempt());
+  hung.send(started);
+  // A live worker whose slot hangs still answers heartbeats.
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(2);
+  bool sent_away = false;
+  while (!sent_away && std::chrono::steady_clock::now() < end) {
+    proto::Envelope alive = make_envelope(hung.stamp());
+    alive.mutable_heartbeat();
+    hung.send(alive);
+    const auto answer = hung.next(0.05);
+    sent_away = answer && answer->has_refusal();
+  }
+  EXPECT_TRUE(sent_away);
+  EXPECT_EQ(sink_.events("hung"), 1);
+  WorkerThread worker(&context_, endpoint_, 1);
+  EXPECT_TRUE(eventually([&] { return sink_.finished_times() == 1; }));
+}
+
+TEST_F(DispatcherFaults, ManyReconnectsLeakNeitherDescriptorsNorThreads) {
+  start();
+  const auto knock = [&](int i) {
+    RawPeer peer(context_, endpoint_);
+    ASSERT_TRUE(peer.join("worker-" + std::to_string(i)));
+  };
+  knock(-1);
+  ASSERT_TRUE(eventually([&] { return sink_.events("worker_lost") == 1; }));
+  const int descriptors = open_descriptors(), running = threads();
+  for (int i = 0; i < 300; ++i) knock(i);
+  ASSERT_TRUE(eventually([&] { return sink_.events("worker_lost") == 301; }));
+  EXPECT_TRUE(eventually([&] { return open_descriptors() <= descriptors + 2; })) << open_descriptors();
+  EXPECT_EQ(threads(), running);
+  EXPECT_TRUE(eventually([&] { return dispatcher_->view().workers.empty(); }));
+}
+
+}  // namespace
+}  // namespace evograsp
