@@ -5,6 +5,7 @@
 #include "common/config.h"
 #include "common/log.h"
 #include "common/signals.h"
+#include "common/socket.h"
 #include "common/version.h"
 #include "server/server.h"
 
