@@ -69,6 +69,7 @@ Status Session::connect() {
   auto socket = make_dealer(context_, options_.connect, options);
   if (!socket) return tl::unexpected(socket.error());
   socket_ = std::move(*socket);
+  monitor_ = std::make_unique<DisconnectMonitor>(context_, socket_);
   connected_ = true;
   lost_ = false;
   ++session_;
@@ -88,6 +89,7 @@ Status Session::connect() {
 
 void Session::disconnect() {
   if (!connected_) return;
+  monitor_.reset();
   socket_.close();
   connected_ = false;
   slots_.take_back();
@@ -110,12 +112,19 @@ void Session::pause() {
 }
 
 void Session::wait() {
-  zmq::pollitem_t items[] = {{socket_.handle(), 0, ZMQ_POLLIN, 0}, {nullptr, wakeup_.fd(), ZMQ_POLLIN, 0}};
-  zmq::poll(items, 2, milliseconds(std::min(kSlowestTick, silence_seconds_ / 4)));
+  zmq::pollitem_t items[] = {{socket_.handle(), 0, ZMQ_POLLIN, 0},
+                             {nullptr, wakeup_.fd(), ZMQ_POLLIN, 0},
+                             {monitor_->socket().handle(), 0, ZMQ_POLLIN, 0}};
+  zmq::poll(items, 3, milliseconds(std::min(kSlowestTick, silence_seconds_ / 4)));
   if (items[1].revents != 0) wakeup_.clear();
 }
 
 void Session::check_silence() {
+  if (!monitor_->drain().empty() && state_ != State::kGreeting) {
+    spdlog::warn("the connection to the master ended: connecting anew");
+    lost_ = true;
+    return;
+  }
   const double limit = state_ == State::kGreeting ? patience_ * jitter() : silence_seconds_;
   if (Clock::now() - heard_ < milliseconds(limit)) return;
   if (state_ != State::kGreeting) spdlog::warn("the master is silent: connecting anew");

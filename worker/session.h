@@ -63,6 +63,7 @@ class Session {
   google::protobuf::Arena arena_;
 
   zmq::socket_t socket_;
+  std::unique_ptr<DisconnectMonitor> monitor_;  // a master that dies is missed at once, not after its silence
   State state_ = State::kGreeting;
   bool connected_ = false;
   bool lost_ = false;          // this connection has ended

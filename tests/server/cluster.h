@@ -43,7 +43,7 @@ class TempDir {
 };
 
 // What a small run sets apart from the defaults.
-inline std::vector<std::string> small_run(int generations = 4) {
+inline std::vector<std::string> small_run(int generations = 12) {
   return {"run.generations=" + std::to_string(generations),
           "neat.population=24",
           "trials.scenes=3",
@@ -51,11 +51,11 @@ inline std::vector<std::string> small_run(int generations = 4) {
           "champion.validation_trials=6",
           "net.listen=tcp://127.0.0.1:*",
           "net.http=",
-          "scene.object=cube",
+          "scene.object=cube_6cm",
           "store.journal_seconds=0.01"};
 }
 
-inline proto::Config small_config(int generations = 4) {
+inline proto::Config small_config(int generations = 12) {
   proto::Config config;
   auto loaded = load_config(EVOGRASP_SOURCE_DIR "/configs/quick.txtpb", small_run(generations));
   if (!loaded) {

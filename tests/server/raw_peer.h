@@ -71,6 +71,12 @@ class RawPeer {
 
 // Counts what the dispatcher reports.
 class CountingSink : public server::WorkSink {
+  template <class F>
+  auto locked(F f) const {
+    const std::lock_guard lock(mutex_);
+    return f();
+  }
+
  public:
   void evaluated(std::uint32_t index, std::vector<proto::Measurement> measurements) override {
     const std::lock_guard lock(mutex_);
@@ -108,11 +114,6 @@ class CountingSink : public server::WorkSink {
   }
 
  private:
-  template <class F>
-  auto locked(F f) const {
-    const std::lock_guard lock(mutex_);
-    return f();
-  }
   mutable std::mutex mutex_;
   std::map<std::uint32_t, int> evaluated_;
   std::vector<std::uint32_t> poisoned_;
