@@ -43,7 +43,7 @@ class TempDir {
 };
 
 // What a small run sets apart from the defaults.
-inline std::vector<std::string> small_run(int generations = 12) {
+inline std::vector<std::string> small_run(int generations = 40) {
   return {"run.generations=" + std::to_string(generations),
           "neat.population=24",
           "trials.scenes=3",
@@ -55,7 +55,7 @@ inline std::vector<std::string> small_run(int generations = 12) {
           "store.journal_seconds=0.01"};
 }
 
-inline proto::Config small_config(int generations = 12) {
+inline proto::Config small_config(int generations = 40) {
   proto::Config config;
   auto loaded = load_config(EVOGRASP_SOURCE_DIR "/configs/quick.txtpb", small_run(generations));
   if (!loaded) {
