@@ -125,7 +125,8 @@ TEST(TriangleMesh, NoRaySlipsBetweenNeighbours) {
       return Vec3(object.visual().xyz(v), object.visual().xyz(v + 1), object.visual().xyz(v + 2));
     };
     const Vec3 on_edge = vertex(0) + random.uniform() * (vertex(1) - vertex(0));
-    // From near the centre no edge is a silhouette: a ray that slips through meets nothing or something beyond.
+    // From near the centre no edge is a silhouette: a ray that slips through meets nothing or something
+    // beyond.
     const Vec3 eye = testing::random_vector(random, 1e-5);
     double t = 10;
     ASSERT_GE(mesh->enter({eye, on_edge - eye}, 0, &t), 0) << i;
