@@ -9,6 +9,11 @@ namespace {
 
 constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
 
+std::size_t inhabited(const std::vector<Species>& species) {
+  return static_cast<std::size_t>(
+      std::count_if(species.begin(), species.end(), [](const Species& s) { return !s.members.empty(); }));
+}
+
 void drop_empty(std::vector<Species>& species, std::uint32_t& next_id) {
   for (const Species& s : species) next_id = std::max(next_id, s.id + 1);
   std::erase_if(species, [](const Species& s) { return s.members.empty(); });
@@ -21,7 +26,7 @@ bool Speciation::try_sort(std::span<const Genome> genomes, std::span<const Genom
                           std::size_t limit, std::vector<Species>& species, std::uint32_t next_id) const {
   std::vector<const Genome*> stands(representative.begin(), representative.end());
   const std::size_t old = species.size();
-  std::size_t inhabited = 0;
+  std::size_t used = 0;
   for (Species& s : species) s.members.clear();
   for (std::uint32_t i = 0; i < genomes.size(); ++i) {
     std::size_t s = 0;
@@ -30,8 +35,8 @@ bool Speciation::try_sort(std::span<const Genome> genomes, std::span<const Genom
       stands.push_back(&genomes[i]);
       species.push_back({.id = next_id++, .members = {}});
     }
-    inhabited += species[s].members.empty();
-    if (inhabited > limit) {
+    used += species[s].members.empty();
+    if (used > limit) {
       species.resize(old);
       return false;
     }
@@ -70,14 +75,27 @@ void Speciation::sort(std::span<const Genome> genomes, std::span<const Genome* c
     return drop_empty(species, next_id);
   }
   const double wanted = target_, had = static_cast<double>(species.size());
+  const std::size_t old = species.size();
   threshold_ *= 1.0 + std::clamp(0.1 * (had - wanted) / wanted, -0.03, 0.05);
-  constexpr int kRetries = 40;  // raises the threshold 45-fold at most
-  int k = 0;
-  while (k < kRetries && !try_sort(genomes, representative, std::size_t{2} * target_, species, next_id)) {
-    threshold_ *= 1.1;
-    ++k;
+  // Below too_low there are too many, from too_high on too few. Too many are never accepted; too few are when
+  // they cannot be helped (distances that lie close together leave little between one species and one a
+  // genome).
+  double too_low = 0, too_high = std::numeric_limits<double>::infinity();
+  constexpr int kPatience = 16;
+  for (int tries = 1;; ++tries, species.resize(old)) {
+    if (!try_sort(genomes, representative, std::size_t{2} * target_, species, next_id)) {
+      too_low = threshold_;
+      if (std::isinf(too_high))
+        threshold_ = threshold_ * 1.1 + 1e-9;
+      else
+        threshold_ = tries < kPatience ? 0.5 * (too_low + too_high) : too_high;
+    } else if (2 * inhabited(species) < target_ && tries < kPatience) {
+      too_high = threshold_;
+      threshold_ = too_low > 0 ? 0.5 * (too_low + too_high) : threshold_ * 0.9;
+    } else {
+      break;
+    }
   }
-  if (k == kRetries) try_sort(genomes, representative, kNoLimit, species, next_id);
   drop_empty(species, next_id);
 }
 

@@ -1,0 +1,62 @@
+// Storage: reproduction allocates nothing per gene, and genes are small.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+#include "tests/neat/support.h"
+
+namespace {
+std::atomic<std::uint64_t> allocations = 0;
+}
+
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* p = std::malloc(size)) return p;
+  throw std::bad_alloc();
+}
+void operator delete(void* p) noexcept {
+  std::free(p);
+}
+void operator delete(void* p, std::size_t) noexcept {
+  std::free(p);
+}
+
+namespace evograsp::neat {
+namespace {
+
+// Allocations a child in generations 20 to 30 of 304 inputs into `hidden` nodes.
+double allocations_a_child(std::uint32_t hidden) {
+  proto::NeatConfig config;
+  config.set_population(100);
+  config.set_hidden(hidden);
+  auto population = Population::create(config, 304, 7, 1).value();
+  testing::evolve(population, 20);
+  std::uint64_t sum = 0;
+  for (int g = 0; g < 10; ++g) {
+    const std::vector<double> fitness = testing::weigh(population.ask());
+    const std::uint64_t before = allocations;
+    population.tell(fitness);
+    sum += allocations - before;
+  }
+  return static_cast<double>(sum) / 1000;
+}
+
+TEST(Allocation, ReproductionAllocatesNothingPerGene) {
+  const double few = allocations_a_child(1), many = allocations_a_child(16);
+  EXPECT_GT(few, 0) << "the counter counts";
+  EXPECT_LT(few, 12);
+  EXPECT_LT(many, few + 4) << "sixteen times the genes";
+}
+
+TEST(Allocation, AGeneTakesAtMostSixteenBytes) {
+  proto::NeatConfig config;
+  config.set_population(100);
+  auto population = Population::create(config, 304, 7, 1).value();
+  testing::evolve(population, 100);
+  for (const Genome& genome : population.ask()) EXPECT_LE(genome.bytes(), std::size_t{16} * genome.links());
+}
+
+}  // namespace
+}  // namespace evograsp::neat
