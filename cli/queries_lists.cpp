@@ -23,6 +23,11 @@ std::string count_text(const json& row, const char* key) {
   return with_commas(count_in(row, key));
 }
 
+std::string rate_text(const json& worker) {
+  const double rate = number_in(worker, "trials_per_second");
+  return rate >= 0 && rate < 1e15 ? with_commas(static_cast<std::uint64_t>(rate + 0.5)) : "-";
+}
+
 std::string clock_time(double unix_seconds) {
   const auto whole = static_cast<std::time_t>(unix_seconds);
   std::tm parts{};
@@ -49,8 +54,7 @@ int workers(Source& source, const ListOptions& options) {
   for (const json& w : (*document)["workers"])
     table.add({text_in(w, "identity"), text_in(w, "host"), text_in(w, "build"), text_in(w, "state"),
                count_text(w, "slots"), count_text(w, "busy"), count_text(w, "tasks"), count_text(w, "trials"),
-               fixed(number_in(w, "trials_per_second"), 0),
-               duration(number_in(w, "silent_seconds")) + " ago"});
+               rate_text(w), duration(number_in(w, "silent_seconds")) + " ago"});
   if (table.empty())
     return say("no worker yet; start one with: evograsp-worker --connect tcp://HOST:5555"), kExitOk;
   print(table.text());

@@ -16,6 +16,7 @@ using nlohmann::json;
 
 constexpr std::uint32_t kSparkGenerations = 1000;  // the newest ones that the little picture shows
 constexpr std::size_t kSparkWidth = 32;
+constexpr std::uint32_t kWatchedEvents = 5;
 
 struct StatusOptions {
   SourceOptions source;
@@ -29,12 +30,12 @@ struct WatchOptions {
 // A run as a person wants to see it, gathered in a few questions.
 struct View {
   json run;
-  json generations;  // array
-  json workers;      // array
-  json events;       // array
+  json generations = json::array();  // all of them when watching, else the newest
+  json workers = json::array();
+  json events = json::array();
 };
 
-Result<View> look(Source& source, bool all) {
+Result<View> look_once(Source& source) {
   View view;
   auto run = source.run();
   if (!run) return tl::unexpected(run.error());
@@ -45,14 +46,26 @@ Result<View> look(Source& source, bool all) {
   auto generations = source.generations(from, kPage);
   if (!generations) return tl::unexpected(generations.error());
   view.generations = std::move((*generations)["generations"]);
-  if (!all) return view;
+  return view;
+}
+
+// Brings a view up to date; of the generations only the new ones are asked for.
+Status look_again(Source& source, View& view) {
+  auto run = source.run();
+  if (!run) return tl::unexpected(run.error());
+  view.run = std::move(*run);
+  // A resumed run may have fallen back behind what was seen.
+  if (view.generations.size() > count_in(view.run, "committed")) view.generations = json::array();
+  auto fresh = source.all_generations(static_cast<std::uint32_t>(view.generations.size()));
+  if (!fresh) return tl::unexpected(fresh.error());
+  for (json& one : (*fresh)["generations"]) view.generations.push_back(std::move(one));
   auto workers = source.workers();
   if (!workers) return tl::unexpected(workers.error());
   view.workers = std::move((*workers)["workers"]);
-  auto events = source.events(0, 5);
+  auto events = source.events(0, kWatchedEvents);
   if (!events) return tl::unexpected(events.error());
   view.events = std::move((*events)["events"]);
-  return view;
+  return {};
 }
 
 bool over(const json& run) {
@@ -116,7 +129,7 @@ std::string status_text(const View& view) {
 }
 
 int status(Source& source, const StatusOptions& options) {
-  const auto view = look(source, false);
+  const auto view = look_once(source);
   if (!view) return report(view.error());
   if (options.source.json) {
     print_json(view->run);
@@ -203,17 +216,18 @@ class Watcher {
 
 int watch(Source& source, const WatchOptions& options) {
   Watcher watcher(options);
+  View view;
   bool ever = false;
   for (std::uint64_t shown = 1;; ++shown) {
-    const auto view = look(source, true);
+    const Status looked = look_again(source, view);
     // A server may be restarted under a watcher's eyes; one that was never there is an error.
-    if (!view && !(ever && view.error().code == ErrorCode::kUnavailable)) return report(view.error());
-    if (view) {
-      watcher.show(*view);
-      if (over(view->run)) return kExitOk;
+    if (!looked && !(ever && looked.error().code == ErrorCode::kUnavailable)) return report(looked.error());
+    if (looked) {
+      watcher.show(view);
+      if (over(view.run)) return kExitOk;
       ever = true;
     } else {
-      watcher.silence(view.error());
+      watcher.silence(looked.error());
     }
     if (shown == options.count) return kExitOk;
     std::this_thread::sleep_for(std::chrono::duration<double>(options.interval));

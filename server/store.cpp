@@ -19,7 +19,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kBatchRows = 4096;  // evaluations that are written without waiting longer
-constexpr std::uint64_t kMostQueuedBytes = 256ull << 20;  // beyond this, journal() waits for the disk
+constexpr std::uint64_t kMostQueuedBytes = 256ull << 20;  // beyond this, big things wait for the disk
 constexpr std::size_t kRowOverhead = 64;                  // what a queued row weighs besides its blob
 
 // A change other than an evaluation. A durable one has a transaction of its own with full sync; the others
@@ -179,9 +179,11 @@ class StoreThread final : public Store {
   }
 
  private:
+  // What weighs nothing never waits: callbacks may queue small changes from the store's own thread.
   void push(Change change, std::size_t weight = 0) {
     {
-      const std::lock_guard lock(mutex_);
+      std::unique_lock lock(mutex_);
+      if (weight > 0) space_.wait(lock, [this] { return queued_bytes_ < kMostQueuedBytes || !status_; });
       urgent_ = urgent_ || change.durable;
       queue_.emplace_back(std::move(change));
       queued_bytes_ += weight + kRowOverhead;
