@@ -14,6 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr std::size_t kMaxHandFile = 1 << 20;  // bytes
+constexpr double kDefaultMass = 0.01;          // kg, of links without <inertial>
 
 // Puts a hand file's facts on a tree. Every failure names the field.
 class Assembler {
@@ -123,6 +124,7 @@ class Assembler {
   }
 
   void joints(const std::vector<int>& driver) {
+    std::vector<std::string> idle;
     for (std::size_t i = 0; i < tree_.joints.size(); ++i) {
       const HandJoint& joint = tree_.joints[i];
       proto::HandBundle::Joint& out = *bundle_.add_joint();
@@ -134,9 +136,16 @@ class Assembler {
       out.set_lower(joint.lower);
       out.set_upper(joint.upper);
       out.set_locked(driver[i] < 0);
-      if (driver[i] < 0)
-        out_.warnings.push_back("joint '" + joint.name + "': no motor moves it, it stays at its preset");
+      if (driver[i] < 0) idle.push_back(joint.name);
     }
+    warn("joint", idle, "no motor moves it, it stays at its preset");
+  }
+
+  // One warning for all that share it: "joint 'a' and 3 more: ...".
+  void warn(const std::string& kind, const std::vector<std::string>& names, const std::string& what) {
+    if (names.empty()) return;
+    const std::string more = names.size() > 1 ? " and " + std::to_string(names.size() - 1) + " more" : "";
+    out_.warnings.push_back(kind + " '" + names.front() + "'" + more + ": " + what);
   }
 
   Status thumb() {
@@ -159,19 +168,21 @@ class Assembler {
         return bad("link_material: no link '" + special.link() + "' below the palm");
       material[found->second.link] = special.material();
     }
+    std::vector<std::string> shapeless, massless;
     for (std::size_t i = 0; i < tree_.links.size(); ++i) {
       const HandLink& link = tree_.links[i];
       proto::HandBundle::Link& out = *bundle_.add_link();
       out.set_name(link.name);
-      out.set_mass(link.mass);
+      out.set_mass(link.mass > 0 ? link.mass : kDefaultMass);
       *out.mutable_centre_of_mass() = to_proto(link.centre);
       out.set_material(material[i]);
       for (const proto::ConvexPart& part : link.parts) *out.add_part() = part;
-      if (link.parts.empty())
-        out_.warnings.push_back("link '" + link.name + "': no collision shape, it touches nothing");
-      if (!(link.mass > 0))
-        out_.warnings.push_back("link '" + link.name + "': no mass; the lift test takes 10 g");
+      if (link.parts.empty()) shapeless.push_back(link.name);
+      if (!(link.mass > 0)) massless.push_back(link.name);
     }
+    if (shapeless.size() == tree_.links.size()) return bad("no link has a usable collision shape");
+    warn("link", shapeless, "no collision shape, it touches nothing");
+    warn("link", massless, "no mass given, 10 g assumed");
     return {};
   }
 

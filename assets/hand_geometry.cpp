@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "assets/hull.h"
+#include "assets/mesh_import.h"
 #include "assets/parts.h"
 #include "assets/urdf.h"
 
@@ -46,6 +48,52 @@ std::optional<std::pair<std::size_t, std::size_t>> end_balls(const std::vector<I
   }
   if (!found[0] || !found[1] || *found[0] == *found[1]) return std::nullopt;
   return std::pair{*found[0], *found[1]};
+}
+
+namespace fs = std::filesystem;
+constexpr std::size_t kMeshVertices = 32;  // of a link's hull
+
+// The file that a URDF's mesh name means. package://NAME/PATH is looked up in the packages given, else in
+// folders called NAME from the URDF's own upwards; anything that climbs out of its package, or another
+// scheme, is refused.
+Result<fs::path> mesh_path(const std::string& name, const GeometrySource& source) {
+  constexpr std::string_view kPackage = "package://", kFile = "file://";
+  constexpr int kLevels = 5;
+  if (source.urdf_folder.empty())
+    return fail(ErrorCode::kInvalid, "mesh '" + name + "': built-in hands have none");
+  std::string_view rest = name;
+  if (rest.starts_with(kFile)) rest.remove_prefix(kFile.size());
+  if (!rest.starts_with(kPackage)) {
+    if (rest.find("://") != std::string_view::npos)
+      return fail(ErrorCode::kUnsupported, "mesh '" + name + "': only package:// and files");
+    return source.urdf_folder / fs::path(rest);
+  }
+  rest.remove_prefix(kPackage.size());
+  const fs::path inside = fs::path(rest.substr(std::min(rest.size(), rest.find('/') + 1))).lexically_normal();
+  const std::string package(rest.substr(0, rest.find('/')));
+  if (package.empty() || package.starts_with(".") || inside.is_absolute() || *inside.begin() == "..") {
+    return fail(ErrorCode::kInvalid, "mesh '" + name + "': leads out of its package");
+  }
+  if (const auto given = source.packages.find(package); given != source.packages.end())
+    return given->second / inside;
+  std::error_code error;
+  fs::path folder = source.urdf_folder;
+  for (int level = 0; level < kLevels; ++level, folder = folder.parent_path()) {
+    if (fs::exists(folder / package / inside, error)) return folder / package / inside;
+  }
+  return fail(ErrorCode::kNotFound,
+              "mesh '" + name + "': no such file in a folder '" + package +
+                  "' at or above the URDF (name the folder with `package` in a hand file)");
+}
+
+Result<Mesh> import_hand_mesh(const urdf::Mesh& mesh, const GeometrySource& source) {
+  for (const double s : {mesh.scale.x, mesh.scale.y, mesh.scale.z}) {
+    if (!std::isfinite(s) || s == 0 || std::fabs(s) > 1000)
+      return fail(ErrorCode::kInvalid, "mesh scale is not usable");
+  }
+  const Result<fs::path> path = mesh_path(mesh.filename, source);
+  if (!path) return tl::unexpected(path.error());
+  return import_mesh(*path, std::fabs(mesh.scale.x));
 }
 
 class LinkParts {
@@ -106,9 +154,27 @@ class LinkParts {
         parts_.push_back(ball_part(item.pose.position, radius));
         return {};
       }
+      case urdf::Geometry::MESH:
+        return add_mesh(item);
       default:
         return {};
     }
+  }
+
+  // A mesh as its convex hull. A file that is not there or cannot be used is a warning: the link may have
+  // others.
+  Status add_mesh(const Item& item) {
+    const auto& mesh = static_cast<const urdf::Mesh&>(*item.geometry);
+    const Result<Mesh> imported = import_hand_mesh(mesh, source_);
+    if (!imported) {
+      warnings_.push_back(where() + imported.error().message);
+      return {};
+    }
+    const Vec3 ratio = Vec3(mesh.scale.x, mesh.scale.y, mesh.scale.z) / std::fabs(mesh.scale.x);
+    std::vector<Vec3> points;
+    for (const Vec3& v : imported->vertices) points.push_back(item.pose * v.cwiseProduct(ratio));
+    parts_.push_back(part_from_points(points, kMeshVertices, source_.rounding));
+    return {};
   }
 
   const urdf::Link& link_;

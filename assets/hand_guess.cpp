@@ -77,6 +77,15 @@ std::vector<double> curled(const HandTree& tree, const std::vector<std::vector<i
   return q;
 }
 
+// The coordinate axis nearest to a unit vector, when it is within about 32 degrees: hands are drawn along
+// their axes.
+Vec3 snapped_axis(const Vec3& v) {
+  for (int k = 0; k < 3; ++k) {
+    if (std::fabs(v[k]) > 0.85) return Vec3::Unit(k) * (v[k] > 0 ? 1.0 : -1.0);
+  }
+  return v;
+}
+
 Vec3 unit_or(const Vec3& v, const Vec3& fallback) {
   return v.norm() > 1e-6 ? Vec3(v / v.norm()) : fallback;
 }
@@ -117,10 +126,10 @@ void guess_frame(const HandTree& tree, proto::HandFile& file, std::vector<std::s
     motion += travel.back();
     middle += closed / static_cast<double>(chains.size());
   }
-  Vec3 finger = unit_or(fingers, Vec3::UnitX());
+  Vec3 finger = snapped_axis(unit_or(fingers, Vec3::UnitX()));
   // Fingers that meet across the palm (jaws) have no motion in common: they point at the object themselves.
   const Vec3 sideways = motion - motion.dot(finger) * finger;
-  Vec3 approach = unit_or(sideways, finger);
+  Vec3 approach = snapped_axis(unit_or(sideways, finger));
   if (sideways.norm() < 0.005) approach = finger, finger = any_perpendicular(approach);
   *file.mutable_approach_axis() = to_proto(approach);
   *file.mutable_finger_axis() = to_proto(finger);

@@ -3,6 +3,8 @@
 
 #include "assets/assets.h"
 #include "assets/bundle.h"
+#include "assets/mesh_import.h"
+#include "assets/mesh_shape.h"
 #include "assets/parts.h"
 #include "assets/shape.h"
 #include "assets/text.h"
@@ -88,7 +90,29 @@ Result<LoadedObject> finish(const proto::ObjectFile& file, Shape shape, const st
   return out;
 }
 
-Result<Shape> build_shape(const proto::ObjectFile& file, const std::string& source) {
+// Where an object file came from and what it may lean on.
+struct Origin {
+  std::string file_name;  // for messages
+  fs::path folder;        // of relative mesh files
+  bool embedded = false;  // mesh files are embedded beside it
+  fs::path cache;
+};
+
+Result<Shape> shape_of_mesh(const proto::MeshShape& shape, const Origin& origin) {
+  const auto imported = [&]() -> Result<Mesh> {
+    if (!origin.embedded) return import_mesh(origin.folder / shape.file(), shape.scale());
+    const auto bytes = embedded_file("objects/" + shape.file());
+    if (!bytes)
+      return fail(ErrorCode::kNotFound,
+                  origin.file_name + ": its mesh '" + shape.file() + "' is not built in");
+    return import_mesh_bytes(*bytes, shape.file(), shape.scale());
+  };
+  const Result<Mesh> mesh = imported();
+  if (!mesh) return tl::unexpected(mesh.error());
+  return mesh_shape(*mesh, shape.file(), shape.decomposition(), origin.cache);
+}
+
+Result<Shape> build_shape(const proto::ObjectFile& file, const Origin& origin) {
   switch (file.shape_case()) {
     case proto::ObjectFile::kCylinder:
       return cylinder_shape(file.cylinder());
@@ -101,23 +125,30 @@ Result<Shape> build_shape(const proto::ObjectFile& file, const std::string& sour
     case proto::ObjectFile::kPlatedMug:
       return plated_mug_shape(file.plated_mug());
     case proto::ObjectFile::kMesh:
-      return fail(ErrorCode::kUnsupported, "mesh shapes");
+      return shape_of_mesh(file.mesh(), origin);
     case proto::ObjectFile::SHAPE_NOT_SET:
       break;
   }
   return fail(ErrorCode::kInvalid,
-              source + ": no shape; one of cylinder, cuboid, sphere, mug, plated_mug, mesh is needed");
+              "no shape; one of cylinder, cuboid, sphere, mug, plated_mug, mesh is needed");
 }
 
-Result<LoadedObject> object_from_text(std::string_view text, const std::string& file_name,
-                                      const std::string& stem) {
-  proto::ObjectFile file;
-  if (const Status ok = parse_message(text, file_name, file); !ok) return tl::unexpected(ok.error());
-  if (!file.has_name()) file.set_name(stem);
-  const std::string source = fs::path(file_name).filename().string();
-  Result<Shape> shape = build_shape(file, source);
-  if (!shape) return tl::unexpected(shape.error());
+Result<LoadedObject> build_object(const proto::ObjectFile& file, const Origin& origin) {
+  const std::string source = fs::path(origin.file_name).filename().string();
+  Result<Shape> shape = build_shape(file, origin);
+  if (!shape) {
+    const bool named = file.has_mesh();  // mesh errors name the mesh file already
+    return fail(shape.error().code,
+                named ? shape.error().message : origin.file_name + ": " + shape.error().message);
+  }
   return finish(file, std::move(*shape), source);
+}
+
+Result<LoadedObject> object_from_text(std::string_view text, const Origin& origin) {
+  proto::ObjectFile file;
+  if (const Status ok = parse_message(text, origin.file_name, file); !ok) return tl::unexpected(ok.error());
+  if (!file.has_name()) file.set_name(fs::path(origin.file_name).stem().string());
+  return build_object(file, origin);
 }
 
 }  // namespace
@@ -127,16 +158,29 @@ std::vector<std::string> builtin_objects() {
 }
 
 Result<LoadedObject> load_object(const std::string& name_or_path, const ObjectOptions& options) {
-  const std::string builtin = "objects/" + std::string(canonical(name_or_path)) + ".txtpb";
-  if (const auto text = embedded_file(builtin)) {
-    return object_from_text(*text, builtin, std::string(canonical(name_or_path)));
+  Origin origin;
+  origin.cache = options.cache.empty() ? default_cache_folder() : options.cache;
+  origin.file_name = "objects/" + std::string(canonical(name_or_path)) + ".txtpb";
+  if (const auto text = embedded_file(origin.file_name)) {
+    origin.embedded = true;
+    return object_from_text(*text, origin);
   }
   const fs::path path = find_file(name_or_path, options.base);
   if (path.empty())
     return fail(ErrorCode::kNotFound, unknown_name("object", name_or_path, builtin_objects()));
+  origin.file_name = path.string();
+  origin.folder = path.parent_path();
+  if (is_mesh_file(path)) {
+    proto::ObjectFile file;
+    file.set_name(path.stem().string());
+    file.mutable_mesh()->set_file(path.filename().string());
+    file.mutable_mesh()->set_scale(options.mesh_scale);
+    if (options.mesh_mass > 0) file.set_mass(options.mesh_mass);
+    return build_object(file, origin);
+  }
   const Result<std::string> text = read_file(path, kMaxObjectFile);
   if (!text) return tl::unexpected(text.error());
-  return object_from_text(*text, path.string(), path.stem().string());
+  return object_from_text(*text, origin);
 }
 
 }  // namespace evograsp::assets

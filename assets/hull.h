@@ -1,0 +1,41 @@
+// Convex hulls of point sets, and smaller ones that stand for them.
+#pragma once
+
+#include <vector>
+
+#include "assets/solid.h"
+#include "common/pose.h"
+#include "proto/bundle.pb.h"
+
+namespace evograsp::assets {
+
+struct ConvexHull {
+  struct Face {
+    Vec3 normal;            // outward unit; zero for a sliver, whose direction means nothing
+    double offset;          // largest normal . p of the hull: a supporting plane
+    std::vector<int> loop;  // into vertices
+  };
+  std::vector<Vec3> vertices;  // some of the input points, exactly
+  std::vector<Face> faces;
+  Solid solid;  // volume 0 when the points lie in a plane
+  double area = 0;
+  double width = 0;  // least extent across any face's normal: how thin it is
+
+  // How far p lies outside (positive) or inside the nearest face's plane.
+  double distance(const Vec3& p) const;
+};
+
+// By Bullet's integer algorithm (robust for any input). O(n log n).
+ConvexHull convex_hull(const std::vector<Vec3>& points);
+
+// At most max_vertices of the hull's vertices, chosen greedily: always the one farthest outside the hull of
+// those chosen before, until none lies farther out than `tolerance`.
+std::vector<Vec3> reduced_hull(const ConvexHull& hull, std::size_t max_vertices, double tolerance);
+
+// The hull of `points` (at most max_vertices of them) as a part whose outer surface is the hull's: the core
+// is the hull with its faces moved in by the rounding, which shrinks for thin hulls (down to 0.05 mm, below
+// which the part grows by that much instead).
+proto::ConvexPart part_from_points(const std::vector<Vec3>& points, std::size_t max_vertices,
+                                   double rounding);
+
+}  // namespace evograsp::assets

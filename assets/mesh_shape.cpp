@@ -1,0 +1,51 @@
+#include "assets/mesh_shape.h"
+
+#include <cmath>
+#include <cstdio>
+
+#include "assets/decompose.h"
+#include "assets/hull.h"
+#include "assets/simplify.h"
+
+namespace evograsp::assets {
+namespace {
+
+constexpr std::size_t kVisualTriangles = 20'000;
+
+// Volume, centre and inertia: the mesh's own where it is closed, else its hull's with a warning.
+Result<Solid> solid_for(const Mesh& mesh, const std::string& name, std::vector<std::string>& warnings) {
+  const ConvexHull hull = convex_hull(mesh.vertices);
+  if (!(hull.solid.volume > 1e-12)) return fail(ErrorCode::kInvalid, name + ": flat, it encloses no volume");
+  const std::size_t open = open_edges(mesh);
+  if (open > 0) {
+    warnings.push_back("not closed (" + std::to_string(open) +
+                       " open edges): volume, centre of mass and inertia are those of its convex hull");
+    return hull.solid;
+  }
+  const Solid solid = solid_of(mesh);
+  if (solid.volume < 1e-3 * hull.solid.volume) {
+    warnings.push_back("encloses next to no volume: centre of mass and inertia are those of its convex hull");
+    return hull.solid;
+  }
+  return solid;
+}
+
+}  // namespace
+
+Result<Shape> mesh_shape(Mesh mesh, const std::string& name, const proto::Decomposition& settings,
+                         const std::filesystem::path& cache) {
+  Shape shape;
+  const Result<Solid> solid = solid_for(mesh, name, shape.warnings);
+  if (!solid) return tl::unexpected(solid.error());
+  shape.solid = *solid;
+  const Vec3 aside(shape.solid.centre.x(), shape.solid.centre.y(), 0);
+  for (Vec3& v : mesh.vertices) v -= aside;
+  shape.solid.centre -= aside;
+  Result<std::vector<proto::ConvexPart>> parts = decompose(mesh, settings, cache);
+  if (!parts) return fail(parts.error().code, name + ": " + parts.error().message);
+  shape.parts = std::move(*parts);
+  shape.visual = visual_of(simplified(mesh, kVisualTriangles));
+  return shape;
+}
+
+}  // namespace evograsp::assets

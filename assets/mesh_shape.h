@@ -1,0 +1,17 @@
+// A mesh as an object's shape.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "assets/mesh.h"
+#include "assets/shape.h"
+
+namespace evograsp::assets {
+
+// Parts by decomposition, the mesh itself (at most 20,000 triangles) as visual, its solid from the closed
+// surface or else from the convex hull (a warning). name serves messages. An error: a flat mesh.
+Result<Shape> mesh_shape(Mesh mesh, const std::string& name, const proto::Decomposition& settings,
+                         const std::filesystem::path& cache);
+
+}  // namespace evograsp::assets

@@ -1,0 +1,14 @@
+// Fewer triangles for the same shape.
+#pragma once
+
+#include "assets/mesh.h"
+
+namespace evograsp::assets {
+
+// Collapses edges in order of the quadric error they cause (Garland and Heckbert, "Surface simplification
+// using quadric error metrics", SIGGRAPH 1997, sections 3 to 5) until max_triangles are left or no edge can
+// go without turning a triangle over or pinching the surface. Open borders are held by planes along them.
+// Ties go to the lower vertex numbers: one mesh always gives one result. O(n log n).
+Mesh simplified(const Mesh& mesh, std::size_t max_triangles);
+
+}  // namespace evograsp::assets
