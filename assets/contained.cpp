@@ -8,6 +8,7 @@
 
 #include <cerrno>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
@@ -42,7 +43,7 @@ void limit(int resource, rlim_t value) {
 }
 
 void enter_limits(const Containment& limits, std::size_t in_use) {
-  limit(RLIMIT_CPU, static_cast<rlim_t>(limits.seconds) + 1);
+  limit(RLIMIT_CPU, static_cast<rlim_t>(std::ceil(limits.seconds)));
   limit(RLIMIT_FSIZE, 0);
   limit(RLIMIT_CORE, 0);
 #ifndef EVOGRASP_SANITIZED  // sanitizers reserve terabytes of address space
@@ -92,7 +93,7 @@ void write_all(int fd, const char* data, std::size_t size) {
 // Reads until the child closes its end; false when the deadline or the bound is passed.
 bool read_answer(int fd, const Containment& limits, std::string& answer) {
   using Clock = std::chrono::steady_clock;
-  const auto deadline = Clock::now() + std::chrono::duration<double>(3 * limits.seconds);
+  const auto deadline = Clock::now() + std::chrono::duration<double>(10 * limits.seconds + 10);
   std::string block(1 << 16, '\0');
   while (true) {
     const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now()).count();

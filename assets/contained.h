@@ -10,7 +10,7 @@
 namespace evograsp::assets {
 
 struct Containment {
-  double seconds = 20;                          // of CPU; of wall time thrice that
+  double seconds = 20;                          // of CPU (rounded up); of wall time ten times that and 10 s
   std::size_t memory = std::size_t{2} << 30;    // beyond what the process has, bytes
   std::size_t answer = std::size_t{512} << 20;  // largest answer, bytes
 };

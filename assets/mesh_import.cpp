@@ -25,7 +25,8 @@ namespace {
 namespace fs = std::filesystem;
 constexpr const char* kFormats[] = {"obj", "stl", "ply", "dae", "gltf", "glb"};
 constexpr int kMaxNodes = 100'000;
-constexpr double kWeld = 1e-7;  // m
+constexpr double kWeld = 1e-7;           // m
+constexpr double kBytesPerSecond = 2e6;  // what a reader must manage
 
 std::string extension_of(const fs::path& path) {
   std::string e = path.extension().string();
@@ -202,7 +203,9 @@ Result<Mesh> import_from(std::string_view bytes, const std::string& name, const 
   if (extension == "stl") {
     if (const Status ok = check_stl_length(bytes); !ok) return named(ok.error());
   }
-  const Result<std::string> encoded = run_contained([&] { return parse(bytes, extension, folder); }, {});
+  Containment limits;  // assimp reads tens of megabytes a second; damaged PLY files send it round in circles
+  limits.seconds = 1 + static_cast<double>(bytes.size()) / kBytesPerSecond;
+  const Result<std::string> encoded = run_contained([&] { return parse(bytes, extension, folder); }, limits);
   if (!encoded) return named(encoded.error());
   Result<Mesh> mesh = decode(*encoded);
   if (!mesh) return named(mesh.error());

@@ -44,7 +44,7 @@ std::string bottle_obj() {
 
 std::string handled_cup_obj() {
   constexpr int kSides = 40, kSteps = 14, kTubeSides = 10;
-  const double outer = 0.039, inner = 0.0355, height = 0.086, floor = 0.005, reach = 0.027, rise = 0.025;
+  const double outer = 0.039, inner = 0.0355, height = 0.086, floor = 0.005, reach = 0.03, rise = 0.025;
   const ProfilePoint profile[] = {{0, 0},          {outer, 0},          {outer, height / 2}, {outer, height},
                                   {inner, height}, {inner, height / 2}, {inner, floor},      {0, floor}};
   proto::TriangleMesh mesh;

@@ -95,6 +95,7 @@ struct Origin {
   std::string file_name;  // for messages
   fs::path folder;        // of relative mesh files
   bool embedded = false;  // mesh files are embedded beside it
+  bool bare = false;      // no object file: this is the mesh
   fs::path cache;
 };
 
@@ -102,9 +103,7 @@ Result<Shape> shape_of_mesh(const proto::MeshShape& shape, const Origin& origin)
   const auto imported = [&]() -> Result<Mesh> {
     if (!origin.embedded) return import_mesh(origin.folder / shape.file(), shape.scale());
     const auto bytes = embedded_file("objects/" + shape.file());
-    if (!bytes)
-      return fail(ErrorCode::kNotFound,
-                  origin.file_name + ": its mesh '" + shape.file() + "' is not built in");
+    if (!bytes) return fail(ErrorCode::kNotFound, "its mesh '" + shape.file() + "' is not built in");
     return import_mesh_bytes(*bytes, shape.file(), shape.scale());
   };
   const Result<Mesh> mesh = imported();
@@ -136,10 +135,8 @@ Result<Shape> build_shape(const proto::ObjectFile& file, const Origin& origin) {
 Result<LoadedObject> build_object(const proto::ObjectFile& file, const Origin& origin) {
   const std::string source = fs::path(origin.file_name).filename().string();
   Result<Shape> shape = build_shape(file, origin);
-  if (!shape) {
-    const bool named = file.has_mesh();  // mesh errors name the mesh file already
-    return fail(shape.error().code,
-                named ? shape.error().message : origin.file_name + ": " + shape.error().message);
+  if (!shape) {  // a mesh's own errors name its file
+    return fail(shape.error().code, (origin.bare ? "" : origin.file_name + ": ") + shape.error().message);
   }
   return finish(file, std::move(*shape), source);
 }
@@ -171,6 +168,7 @@ Result<LoadedObject> load_object(const std::string& name_or_path, const ObjectOp
   origin.file_name = path.string();
   origin.folder = path.parent_path();
   if (is_mesh_file(path)) {
+    origin.bare = true;
     proto::ObjectFile file;
     file.set_name(path.stem().string());
     file.mutable_mesh()->set_file(path.filename().string());

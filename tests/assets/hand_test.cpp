@@ -3,10 +3,10 @@
 
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 
 #include "assets/assets.h"
 #include "common/pose.h"
+#include "tests/assets/files.h"
 
 namespace evograsp::assets {
 namespace {
@@ -122,6 +122,34 @@ TEST(Hand, BarrettFingersCloseAgainstEachOther) {
   for (const char* name : {"left_joint1", "right_joint1", "back_joint1"}) q[joint_index(hand, name)] = 1.2;
   EXPECT_LT(tip_x("left_joint2"), 0.03);
   EXPECT_GT(tip_x("back_joint2"), -0.03);
+}
+
+TEST(Hand, RealRobotsLoadFromBareUrdfsAndAnArmIsNamedOne) {
+  const std::filesystem::path data = testing::data_folder();
+  struct Case {
+    const char* file;
+    int joints;  // 0: refused
+  };
+  for (const Case& c :
+       {Case{"meka_dreamer/h2_hand_right_lowres.urdf", 12},
+        Case{"meka_dreamer/meka_description/robots/uta.urdf", 12},
+        Case{"allegro_right/allegro_hand_description/allegro_hand_description_right.urdf", 16},
+        Case{"staubli_rx160/staubli_rx160_support/urdf/rx160.urdf", 0}}) {
+    const std::filesystem::path file = data / "robots" / c.file;
+    if (data.empty() || !std::filesystem::exists(file)) continue;
+    const Result<LoadedHand> hand = load_hand(file.string(), {});
+    if (c.joints == 0) {
+      ASSERT_FALSE(hand);
+      EXPECT_NE(hand.error().message.find("not a hand"), std::string::npos) << hand.error().message;
+      continue;
+    }
+    ASSERT_TRUE(hand) << hand.error().message;
+    EXPECT_EQ(hand->bundle.joint_size(), c.joints);
+    EXPECT_EQ(hand->bundle.motor_size(), 4);
+    EXPECT_FALSE(hand->warnings.empty()) << "guesses are told";
+    expect_sound(hand->bundle);
+    for (const auto& link : hand->bundle.link()) EXPECT_GT(link.part_size(), 0) << link.name();
+  }
 }
 
 }  // namespace

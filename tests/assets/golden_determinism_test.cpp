@@ -1,0 +1,57 @@
+// The same bytes for the same input: twice in a process, in every build, on every machine. A run's
+// fingerprint leans on it. A changed hash here means that every stored run and champion was made with other
+// shapes: change it knowingly.
+#include <gtest/gtest.h>
+
+#include "assets/assets.h"
+#include "tests/assets/files.h"
+
+namespace evograsp::assets {
+namespace {
+
+struct Golden {
+  const char* name;
+  const char* id;
+};
+
+constexpr Golden kObjects[] = {
+    {"bottle", "3eb233ab38ba89dea5dc1e77050842046ebb4ef4d1dde03ebcb84d67bc889957"},
+    {"cube_5cm", "7cc011cf6d87d6a883b6f30ef5e736334b7cf978e7c1801052fab0cd8f46f6ed"},
+    {"cube_6cm", "cae87edec548c90b1cc86f71cf4f7d76e7dcb126cf7245d803c3542caab0b83b"},
+    {"cuboid", "926a11a510eea75c8006fb99f44240e3d4dd04abb14b21fd0e6351080daadd86"},
+    {"cup", "5a6e6cdbb1d1424d4a633efa6f6aeb0a145c4e5f26e54f0b464a1f37839a75d2"},
+    {"cylinder", "2c00b2718a91f2ce475b874a09380f4f8e44dc3f97b36bc1c1515d544382f51e"},
+    {"mug", "6ecec8d3abbf113686a350fa2946964c012906daf90780d4e5a4a5ecf1f1b285"},
+    {"plated_mug", "44b8de769317e7d30621590001d1dde14a39e8b8b88a4828c9be91794ac30441"},
+    {"sphere_3cm", "b89478613a28bd1c8b761a2269b44684167aea000aefe62a44b07e4bde7fcc5a"},
+    {"sphere_4cm", "ae208beb077587b291ae1ce8df50dde89c34d077648445686bd264726c6dce83"},
+};
+constexpr Golden kHands[] = {
+    {"barrett", "50d501f2c4108d8c944a3d6b398d60d6a5789731e4c183f55ce81a63073fac8e"},
+    {"meka_h2", "2a6a03c3a5f9a66e12f39b7f0e8adf801374f6f5d54429c823e4588c5986e3d1"},
+    {"parallel_jaw", "bcc7ec176d39ea3f0f109344b0a23874fa21b9f636bddd48246e46e86658029e"},
+};
+
+TEST(Golden, BuiltInObjectsKeepTheirIds) {
+  testing::TemporaryFolder cache;
+  for (const Golden& golden : kObjects) {
+    for (int round = 0; round < 2; ++round) {  // the second one finds the cache filled
+      const Result<LoadedObject> object = load_object(golden.name, {1, 0, {}, cache.path()});
+      ASSERT_TRUE(object) << object.error().message;
+      EXPECT_EQ(object->id, golden.id) << golden.name;
+    }
+  }
+  EXPECT_EQ(std::size(kObjects), builtin_objects().size());
+}
+
+TEST(Golden, BuiltInHandsKeepTheirIds) {
+  for (const Golden& golden : kHands) {
+    const Result<LoadedHand> hand = load_hand(golden.name, {});
+    ASSERT_TRUE(hand) << hand.error().message;
+    EXPECT_EQ(hand->id, golden.id) << golden.name;
+  }
+  EXPECT_EQ(std::size(kHands), builtin_hands().size());
+}
+
+}  // namespace
+}  // namespace evograsp::assets
