@@ -20,7 +20,7 @@ namespace {
 constexpr int kAlgorithm = 1;  // bump when other parts come out of the same input
 constexpr double kHacdScale = 1000;
 constexpr double kHacdSeconds = 120;
-constexpr std::size_t kHollowPoints = 8000;
+constexpr std::size_t kHollowPoints = 16000;
 
 // Cluster of each triangle.
 std::vector<std::uint32_t> hacd_partition(const Mesh& mesh, std::size_t min_parts, double concavity) {

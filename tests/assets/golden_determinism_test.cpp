@@ -19,7 +19,7 @@ constexpr Golden kObjects[] = {
     {"cube_5cm", "7cc011cf6d87d6a883b6f30ef5e736334b7cf978e7c1801052fab0cd8f46f6ed"},
     {"cube_6cm", "cae87edec548c90b1cc86f71cf4f7d76e7dcb126cf7245d803c3542caab0b83b"},
     {"cuboid", "926a11a510eea75c8006fb99f44240e3d4dd04abb14b21fd0e6351080daadd86"},
-    {"cup", "5a6e6cdbb1d1424d4a633efa6f6aeb0a145c4e5f26e54f0b464a1f37839a75d2"},
+    {"cup", "8b05c4b747af50dd3f0a8677a98fc2d7dd601ffe87b6ee0a88424a21addbd4b0"},
     {"cylinder", "2c00b2718a91f2ce475b874a09380f4f8e44dc3f97b36bc1c1515d544382f51e"},
     {"mug", "6ecec8d3abbf113686a350fa2946964c012906daf90780d4e5a4a5ecf1f1b285"},
     {"plated_mug", "44b8de769317e7d30621590001d1dde14a39e8b8b88a4828c9be91794ac30441"},
