@@ -124,6 +124,7 @@ std::unique_ptr<CLI::App> make_app(Outcome& outcome) {
   app->footer(kFooter);
   add_test(*app, outcome);
   add_validate(*app, outcome);
+  add_epsilon(*app, outcome);
   add_queries(*app, outcome);
   add_completions(*app, outcome);
   put_in_groups(*app);

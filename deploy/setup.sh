@@ -11,7 +11,7 @@ build=(
   libprotobuf-dev protobuf-compiler libzmq3-dev cppzmq-dev libeigen3-dev libexpected-dev
   libbullet-dev libbullet-extras-dev libembree-dev libqhull-dev libassimp-dev liburdfdom-dev
   libspdlog-dev libcli11-dev libsqlite3-dev sqlite3 libzstd-dev libcpp-httplib-dev nlohmann-json3-dev
-  prometheus-cpp-dev libpng-dev libcairo2-dev libsodium-dev fonts-dejavu-core
+  prometheus-cpp-dev libpng-dev zlib1g-dev libcairo2-dev libsodium-dev fonts-dejavu-core
   libgtest-dev libgmock-dev libbenchmark-dev curl procps
 )
 ci=(clang clang-format clang-tidy libclang-rt-14-dev qemu-user shellcheck docker-compose)

@@ -13,9 +13,9 @@ template <class Real>
 struct Tolerance;
 template <>
 struct Tolerance<double> {
-  static constexpr double kGap = 2e-12;    // hull and facet this close are one
-  static constexpr double kSeen = 1e-13;   // a point this far beyond a plane sees the facet
-  static constexpr double kThin = 1e-10;   // a set thinner than this is flat
+  static constexpr double kGap = 2e-12;   // hull and facet this close are one
+  static constexpr double kSeen = 1e-13;  // a point this far beyond a plane sees the facet
+  static constexpr double kThin = 1e-10;  // a set thinner than this is flat
 };
 template <>
 struct Tolerance<Quad> {
