@@ -188,30 +188,32 @@ void report(const Task& task, const proto::NeatConfig& config, int runs) {
   std::fflush(stdout);
 }
 
-// What the paper's section 4.1 gives, beyond the defaults.
+// Common to the tasks: the paper's section 4.1, beyond the defaults.
 constexpr char kPaper[] =
     "topology: DIRECT connect_bias_to_outputs: true hidden_activation: STEEP_SIGMOID output_activation: "
     "STEEP_SIGMOID "
-    "c1_excess: 1 c2_disjoint: 1 drop_off_age: 15 normalise_by_genes: true depth_weight_scale: 1 ";
+    "c1_excess: 1 c2_disjoint: 1 drop_off_age: 15 max_weight: 30 ";
 
 std::vector<Task> tasks() {
   return {
       {"xor", 2, 100,
-       "population: 150 c3_weight: 0.4 threshold: 3 target_species: 0 add_node: 0.03 add_connection: 0.05 "
-       "initial_weight: 1 perturb_power: 2.5 max_weight: 30",
+       "population: 150 target_species: 12 c3_weight: 0.4 add_node: 0.05 add_connection: 0.3 perturb_power: "
+       "2.5",
        [](const Network& n) { return ask_xor(n).fitness; },
        [](const Network& n, double) { return ask_xor(n).solved; },
-       "4755 evaluations, 32 generations, 2.35 hidden nodes, no failure"},
+       "4755 evaluations, 32 generations, 2.35 hidden nodes, none failed"},
       {"double-pole", 6, 200,
-       "population: 150 c3_weight: 0.4 threshold: 3 target_species: 0 add_node: 0.03 add_connection: 0.05 "
-       "initial_weight: 1 perturb_power: 2.5 max_weight: 30",
+       "population: 80 target_species: 6 c3_weight: 0.4 add_node: 0.03 add_connection: 0.05 perturb_power: "
+       "2.5 "
+       "elite_min_size: 1",
        [](const Network& n) { return static_cast<double>(Balancer(n, true).balance(kStart, kLong)) / kLong; },
-       [](const Network&, double f) { return f >= 1; }, "3600 evaluations, 24 generations"},
-      {"double-pole-hidden", 3, 100,
-       "population: 1000 c3_weight: 3 threshold: 4 target_species: 0 add_node: 0.03 add_connection: 0.3 "
-       "recurrent: true initial_weight: 1 perturb_power: 2.5 max_weight: 30",
+       [](const Network&, double f) { return f >= 1; }, "3600 evaluations, 24 generations, none failed"},
+      {"double-pole-hidden", 3, 400,
+       "population: 150 target_species: 10 c3_weight: 3 add_node: 0.03 add_connection: 0.3 perturb_power: "
+       "0.5 "
+       "elite_min_size: 1 recurrent: true hidden_activation: TANH mutate_bias: 0.5",
        gruau_fitness, [](const Network& n, double) { return generalises(n); },
-       "33184 evaluations, 24 generations"},
+       "33184 evaluations, 24 generations, none failed"},
   };
 }
 
@@ -229,11 +231,14 @@ int main(int argc, char** argv) {
   for (const Task& task : tasks()) {
     if (!only.empty() && only != task.name) continue;
     proto::NeatConfig config, changed;
-    if (!google::protobuf::TextFormat::ParseFromString(std::string(kPaper) + task.config, &config) ||
+    proto::NeatConfig own;
+    if (!google::protobuf::TextFormat::ParseFromString(kPaper, &config) ||
+        !google::protobuf::TextFormat::ParseFromString(task.config, &own) ||
         !google::protobuf::TextFormat::ParseFromString(settings, &changed)) {
       std::fprintf(stderr, "evograsp-literature: that is no neat config\n");
       return 2;
     }
+    config.MergeFrom(own);
     config.MergeFrom(changed);
     report(task, config, runs);
   }

@@ -13,8 +13,8 @@
 //   abs            |x|                     limited to kLargestValue
 //   step           1 if x > 0, else 0
 //
-// Largest absolute errors against the exact functions (tests/common/activation_test.cpp): sigmoid, tanh,
-// gaussian 3e-7; sine 1e-6 for |x| <= 100.
+// Largest absolute errors against the exact functions (tests/common/activation_test.cpp): sigmoid, tanh
+// 3e-7; gaussian 2e-6; sine 1e-6 for |x| <= 100.
 #pragma once
 
 #include <cstdint>

@@ -32,7 +32,7 @@ Genome::Genome(std::shared_ptr<const StartStructure> start, Activation hidden, A
 bool Genome::has_link(std::uint32_t source_node, std::uint32_t target_node) const {
   bool found = false;
   for (std::size_t k = 0; k < late_source_.size(); ++k)
-    found |= (late_source_[k] == source_node) & (late_target_[k] == target_node);
+    found |= late_source_[k] == source_node && late_target_[k] == target_node;
   return found || start_->contains(source_node, target_node);
 }
 

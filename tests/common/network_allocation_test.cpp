@@ -1,0 +1,64 @@
+// Activation is called millions of times a run: it may not touch the heap.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+#include <vector>
+
+#include "common/network.h"
+
+namespace {
+std::atomic<std::uint64_t> allocations = 0;
+}
+
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* p = std::malloc(size)) return p;
+  throw std::bad_alloc();
+}
+void operator delete(void* p) noexcept {
+  std::free(p);
+}
+void operator delete(void* p, std::size_t) noexcept {
+  std::free(p);
+}
+
+namespace evograsp {
+namespace {
+
+TEST(NetworkAllocation, NothingOnceTheScratchIsSized) {
+  for (const bool recurrent : {false, true}) {
+    proto::Network proto;
+    proto.set_inputs(304);
+    proto.set_outputs(1);
+    proto.set_recurrent(recurrent);
+    proto.add_activation(proto::TANH);
+    proto.add_bias(0);
+    for (std::uint32_t s = 0; s < 304; ++s) {
+      proto.add_source(s);
+      proto.add_weight(0.01f);
+    }
+    proto.add_first_link(0);
+    proto.add_first_link(304);
+    proto.add_output_node(305);
+    const Network network = Network::from_proto(proto).value();
+    std::vector<float> in(20 * 304, 0.5f), out(20);
+    Network::Scratch scratch;
+    Network::State state;
+    network.activate_batch(in, out, 20, scratch);
+    network.step(std::span(in).first(304), std::span(out).first(1), state);
+    const std::uint64_t before = allocations;
+    for (int k = 0; k < 100; ++k) {
+      network.activate(std::span(in).first(304), std::span(out).first(1), scratch, 2);
+      network.activate_batch(in, out, 20, scratch, 2);
+      network.activate_columns(in, out, scratch, 2);
+      network.step(std::span(in).first(304), std::span(out).first(1), state);
+    }
+    EXPECT_EQ(allocations, before);
+  }
+  EXPECT_GT(allocations, 0u) << "the counter counts";
+}
+
+}  // namespace
+}  // namespace evograsp
