@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "common/det_math.h"
 #include "common/pose.h"
 #include "common/random.h"
 #include "proto/bundle.pb.h"
@@ -67,11 +68,11 @@ inline proto::ObjectBundle rippled(double radius, int rings, int segments) {
   for (int i = 0; i <= rings; ++i)
     for (int j = 0; j < segments; ++j) {
       const double theta = 3.14159265358979 * i / rings, phi = 2 * 3.14159265358979 * j / segments;
-      const double r = radius * (1 + 0.1 * std::sin(9 * theta) * std::cos(7 * phi));
-      const double across = i == 0 || i == rings ? 0 : r * std::sin(theta);  // the poles are one point each
-      mesh->add_xyz(static_cast<float>(across * std::cos(phi)));
-      mesh->add_xyz(static_cast<float>(across * std::sin(phi)));
-      mesh->add_xyz(static_cast<float>(r * std::cos(theta)));
+      const double r = radius * (1 + 0.1 * det::sin(9 * theta) * det::cos(7 * phi));
+      const double across = i == 0 || i == rings ? 0 : r * det::sin(theta);  // the poles are one point each
+      mesh->add_xyz(static_cast<float>(across * det::cos(phi)));
+      mesh->add_xyz(static_cast<float>(across * det::sin(phi)));
+      mesh->add_xyz(static_cast<float>(r * det::cos(theta)));
     }
   const auto vertex = [&](int i, int j) { return static_cast<std::uint32_t>(i * segments + j % segments); };
   for (int i = 0; i < rings; ++i)
