@@ -67,6 +67,17 @@ Camera Camera::look_at(const Vec3& eye, const Vec3& target, int width, int heigh
   return camera;
 }
 
+Camera Camera::resized(int width, int height) const {
+  Camera out = *this;
+  const double scale = static_cast<double>(height) / height_;
+  out.width_ = width, out.height_ = height;
+  out.fx_ *= scale, out.fy_ *= scale;
+  out.cx_ = (cx_ + 0.5) * scale - 0.5 + (width - width_ * scale) / 2;
+  out.cy_ = (cy_ + 0.5) * scale - 0.5;
+  out.near_ = 0.01, out.far_ = 100;
+  return out;
+}
+
 Ray Camera::ray(const Pixel& pixel) const {
   const double a = (pixel.u - cx_) / fx_;
   const double b = (pixel.v - cy_) / fy_;

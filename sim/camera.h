@@ -34,6 +34,10 @@ class Camera {
   // tall.
   static Camera look_at(const Vec3& eye, const Vec3& target, int width, int height, double fov_height_rad);
 
+  // The same view on another number of pixels, cut or widened at the sides where the shape differs; sees from
+  // 1 cm on.
+  Camera resized(int width, int height) const;
+
   int width() const { return width_; }
   int height() const { return height_; }
   double near() const { return near_; }
