@@ -81,15 +81,18 @@ Ray PosedScene::to_body(const Ray& ray_W, std::size_t i) const {
   return {X_BW * ray_W.origin, X_BW.rotation * ray_W.direction};
 }
 
+Hit PosedScene::meets_table(const Ray& ray_W, double t_min, double t_max) const {
+  if (ray_W.direction.z() == 0) return {t_max, kNothing, 0};
+  const double t = -ray_W.origin.z() / ray_W.direction.z();
+  const double half = caster_->table_half();
+  if (t > t_min && t < t_max && std::fabs(ray_W.origin.x() + t * ray_W.direction.x()) <= half &&
+      std::fabs(ray_W.origin.y() + t * ray_W.direction.y()) <= half)
+    return {t, kTable, 0};
+  return {t_max, kNothing, 0};
+}
+
 Hit PosedScene::cast(const Ray& ray_W, double t_min, double t_max) const {
-  Hit hit{t_max, kNothing, 0};
-  if (ray_W.direction.z() != 0) {
-    const double t = -ray_W.origin.z() / ray_W.direction.z();
-    const double half = caster_->table_half();
-    if (t > t_min && t < t_max && std::fabs(ray_W.origin.x() + t * ray_W.direction.x()) <= half &&
-        std::fabs(ray_W.origin.y() + t * ray_W.direction.y()) <= half)
-      hit = {t, kTable, 0};
-  }
+  Hit hit = meets_table(ray_W, t_min, t_max);
   for (std::size_t i = 0; i < placed_.size(); ++i) {
     if (!placed_[i].ball_W.touches(ray_W)) continue;
     const RayBody& body = caster_->bodies()[static_cast<std::size_t>(placed_[i].index)];
@@ -100,7 +103,14 @@ Hit PosedScene::cast(const Ray& ray_W, double t_min, double t_max) const {
 }
 
 bool PosedScene::blocked(const Ray& ray_W, double t_min, double t_max) const {
-  return cast(ray_W, t_min, t_max).body != kNothing;
+  for (std::size_t i = 0; i < placed_.size(); ++i) {
+    if (!placed_[i].ball_W.touches(ray_W)) continue;
+    double t = t_max;
+    if (caster_->bodies()[static_cast<std::size_t>(placed_[i].index)].enter(to_body(ray_W, i), t_min, &t) >=
+        0)
+      return true;
+  }
+  return meets_table(ray_W, t_min, t_max).body != kNothing;
 }
 
 Vec3 PosedScene::normal(const Ray& ray_W, const Hit& hit, double bevel_m) const {

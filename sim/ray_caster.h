@@ -78,6 +78,7 @@ class PosedScene {
 
  private:
   Ray to_body(const Ray& ray_W, std::size_t i) const;
+  Hit meets_table(const Ray& ray_W, double t_min, double t_max) const;
 
   struct Placed {
     int index;

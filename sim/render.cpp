@@ -6,20 +6,22 @@
 #include <thread>
 
 #include "common/det_math.h"
+#include "common/random.h"
 
 namespace evograsp::sim {
 namespace {
 
-constexpr double kOffset = 2e-5;       // m: shadow rays start this far off a surface
-constexpr double kSkyReach = 0.30;     // m: what is farther does not darken the sky
+constexpr double kOffset = 2e-5;    // m: shadow rays start this far off a surface
+constexpr double kSkyReach = 0.30;  // m: what is farther does not darken the sky
+constexpr double kExposure = 0.78;
 constexpr double kLightRadius = 0.30;  // m
-const Vec3 kLight(0.75, -0.85, 1.70);
+const Vec3 kLight(-0.15, -1.05, 1.75);
 const Vec3 kLightColour(1.00, 0.96, 0.90);
 const Vec3 kSkyColour(0.86, 0.92, 1.00);
 const Vec3 kBackdropLow(0.80, 0.82, 0.85);
 const Vec3 kBackdropHigh(0.93, 0.95, 0.97);
-const Vec3 kTableColour(0.56, 0.54, 0.51);
-const Vec3 kLineColour(0.37, 0.37, 0.38);
+const Vec3 kTableColour(0.47, 0.46, 0.44);
+const Vec3 kLineColour(0.30, 0.31, 0.33);
 
 Vec3 unit(const Vec3& v) {
   return v / std::sqrt(v.dot(v));
@@ -49,13 +51,16 @@ struct Basis {
   }
 };
 
-// Points of the unit square that fill it evenly: the R2 sequence, shifted by a noise that neighbouring pixels
-// take in even steps, so that what is left of the error looks smooth.
+// Points of the unit square that fill it evenly: the R2 sequence, shifted at random from pixel to pixel so
+// that what is left of the error is grain, not bands.
 struct Samples {
   double shift_a, shift_b;
-  Samples(int u, int v)
-      : shift_a(fraction(52.9829189 * fraction(0.06711056 * u + 0.00583715 * v))),
-        shift_b(fraction(52.9829189 * fraction(0.00583715 * u + 0.06711056 * v + 0.31))) {}
+  Samples(int u, int v) {
+    Random random(
+        hash_key(0, Purpose::kSensorNoise, static_cast<std::uint64_t>(u), static_cast<std::uint64_t>(v)));
+    shift_a = random.uniform();
+    shift_b = random.uniform();
+  }
   void get(int index, double* a, double* b) const {
     *a = fraction(shift_a + index * 0.7548776662466927);
     *b = fraction(shift_b + index * 0.5698402909980532);
@@ -94,9 +99,10 @@ class Tracer {
  private:
   static void encode(const Vec3& light, std::uint8_t* rgb) {
     for (int k = 0; k < 3; ++k) {
-      const double x = std::max(0.0, light[k]);
-      // A gentle shoulder keeps highlights from clipping (Hable's and Narkowicz's fits share this form).
-      const double toned = clamp01((x * (2.51 * x * 0.36 + 0.33)) / (x * (2.43 * x * 0.36 + 0.39) + 0.016));
+      const double x = kExposure * std::max(0.0, light[k]);
+      // A filmic curve: a toe for depth, a shoulder that keeps highlights from clipping (Narkowicz's fit of
+      // the ACES reference transform, 2015).
+      const double toned = clamp01(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14));
       const double coded = toned > 0 ? det::exp(det::log(toned) / 2.2) : 0;
       rgb[k] = static_cast<std::uint8_t>(std::floor(255 * coded + 0.5));
     }
@@ -158,7 +164,7 @@ class Tracer {
       det::sincos(2 * det::kPi * a, &s, &c);
       const double r = std::sqrt(b);
       const Vec3 to = kLight + kLightRadius * r * (c * across.a + s * across.b) - from;
-      if (flat.dot(to) > 0 && !scene.blocked({from, to}, 0, 1)) lit += 1;
+      if (flat.dot(to) > 0 && n.dot(to) > 0 && !scene.blocked({from, to}, 0, 1)) lit += 1;
       const Vec3 up = r * (c * around.a + s * around.b) + std::sqrt(1 - b) * flat;
       const Hit near = scene.cast({from, up}, 0, kSkyReach);
       sky += near.body == kNothing ? 1 : 0.75 * near.t / kSkyReach;

@@ -35,7 +35,7 @@ struct RenderScene {
 
 struct RenderOptions {
   int supersampling = 2;  // rays a pixel and direction
-  int light_samples = 6;  // shadow rays a primary ray, and as many sky rays
+  int light_samples = 9;  // shadow rays a primary ray, and as many sky rays
   int threads = 0;        // 0: one a core; the picture does not depend on it
 };
 

@@ -8,16 +8,16 @@
 namespace evograsp::sim {
 namespace {
 
-constexpr double kDot = 0.0028;        // m, radius of a contact's dot
-constexpr double kConeLength = 0.022;  // m
+constexpr double kDot = 0.0022;        // m, radius of a contact's dot
+constexpr double kConeLength = 0.013;  // m
 constexpr int kConeSides = 28;
 
 // Muted colours that stay apart, also in grey.
-const Vec3 kPalette[] = {Vec3(0.70, 0.16, 0.09), Vec3(0.03, 0.30, 0.36), Vec3(0.80, 0.46, 0.06),
+const Vec3 kPalette[] = {Vec3(0.80, 0.20, 0.11), Vec3(0.04, 0.36, 0.42), Vec3(0.80, 0.46, 0.06),
                          Vec3(0.22, 0.34, 0.12), Vec3(0.13, 0.16, 0.42), Vec3(0.44, 0.12, 0.28),
                          Vec3(0.55, 0.50, 0.40), Vec3(0.06, 0.42, 0.28)};
-const Vec3 kPalm(0.055, 0.060, 0.070);
-const Vec3 kLinks[] = {Vec3(0.34, 0.36, 0.39), Vec3(0.46, 0.48, 0.51), Vec3(0.075, 0.080, 0.090)};
+const Vec3 kPalm(0.13, 0.14, 0.16);
+const Vec3 kLinks[] = {Vec3(0.34, 0.36, 0.39), Vec3(0.46, 0.48, 0.51), Vec3(0.10, 0.105, 0.115)};
 const Vec3 kDotColour(0.95, 0.10, 0.02);
 const Vec3 kConeColour(1.00, 0.62, 0.05);
 
@@ -135,18 +135,18 @@ Status add_contacts(RenderScene& scene, std::span<const Contact> contacts) {
     if (!(contact.mu > 0.01)) continue;
     Result<RayBody> shape = cone(std::min(contact.mu, 3.0));
     if (!shape) return tl::unexpected(shape.error());
-    scene.glass.push_back({std::move(*shape), {frame, contact.point}, {kConeColour, 0, 0.42, 0}});
+    scene.glass.push_back({std::move(*shape), {frame, contact.point}, {kConeColour, 0, 0.38, 0}});
   }
   return {};
 }
 
 Result<Camera> choose_view(const std::string& view, const Camera& depth_camera, const Vec3& target, int width,
                            int height) {
-  constexpr double kFieldOfView = 0.50;  // rad
+  constexpr double kFieldOfView = 0.42;  // rad
   if (view == "camera") return depth_camera.resized(width, height);
   Vec3 eye;
   if (view == "corner") {
-    eye = target + Vec3(0.48, -0.50, 0.36);
+    eye = target + Vec3(-0.40, -0.55, 0.36);
   } else if (view == "front") {
     eye = target + Vec3(0.75, 0, 0.22);
   } else if (view == "side") {
