@@ -126,6 +126,9 @@ std::unique_ptr<CLI::App> make_app(Outcome& outcome) {
   add_validate(*app, outcome);
   add_epsilon(*app, outcome);
   add_queries(*app, outcome);
+  add_sim(*app, outcome);
+  add_render(*app, outcome);
+  add_infer(*app, outcome);
   add_completions(*app, outcome);
   put_in_groups(*app);
   return app;

@@ -1,6 +1,7 @@
 #include "sim/render_scene.h"
 
 #include <cmath>
+#include <map>
 #include <sstream>
 
 #include "common/det_math.h"
@@ -140,31 +141,40 @@ Status add_contacts(RenderScene& scene, std::span<const Contact> contacts) {
   return {};
 }
 
-Result<Camera> choose_view(const std::string& view, const Camera& depth_camera, const Vec3& target, int width,
-                           int height) {
+Subject subject_of(std::span<const proto::ObjectBundle> objects, const Placements& placements) {
+  Vec3 low = Vec3::Constant(1e9), high = -low;
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    if (i >= placements.pose.size() || !placements.present[i]) continue;
+    const Vec3& at = placements.pose[i].position;
+    const Vec3 reach = Vec3::Constant(objects[i].footprint_radius());
+    low = low.cwiseMin(at - reach), high = high.cwiseMax(at + reach);
+  }
+  if (!(low.x() <= high.x())) return {};
+  return {0.5 * (low + high), std::max(0.09, 0.5 * (high - low).norm())};
+}
+
+Result<Camera> choose_view(const std::string& view, const Camera& depth_camera, const Subject& subject,
+                           int width, int height) {
   constexpr double kFieldOfView = 0.42;  // rad
   if (view == "camera") return depth_camera.resized(width, height);
-  Vec3 eye;
-  if (view == "corner") {
-    eye = target + Vec3(-0.40, -0.55, 0.36);
-  } else if (view == "front") {
-    eye = target + Vec3(0.75, 0, 0.22);
-  } else if (view == "side") {
-    eye = target + Vec3(0, -0.75, 0.22);
-  } else if (view == "top") {
-    eye = target + Vec3(0, 0, 0.8);
-  } else {
-    std::istringstream in(view);
-    double x = 0, y = 0, z = 0;
-    std::string rest;
-    if (!(in >> x >> y >> z) || (in >> rest) || !is_finite(Vec3(x, y, z)) ||
-        !((Vec3(x, y, z) - target).norm() > 0.01) || Vec3(x, y, z).norm() > 100)
-      return fail(
-          ErrorCode::kUsage,
-          "unknown view '" + view + "': corner, front, side, top, camera, or an eye \"x y z\" in metres");
-    eye = Vec3(x, y, z);
+  static const std::map<std::string, Vec3> kNamed = {{"corner", Vec3(-0.40, -0.55, 0.36)},
+                                                     {"front", Vec3(0.75, 0, 0.22)},
+                                                     {"side", Vec3(0, -0.75, 0.22)},
+                                                     {"top", Vec3(0, 0, 0.78)}};
+  const double narrow = std::max(1.0, static_cast<double>(height) / width);
+  if (const auto named = kNamed.find(view); named != kNamed.end()) {
+    // From 0.77 m a ball of 14 cm fills the height of this field of view.
+    const Vec3 eye = subject.centre + named->second * (subject.radius / 0.14) * narrow;
+    return Camera::look_at(eye, subject.centre, width, height, kFieldOfView);
   }
-  return Camera::look_at(eye, target, width, height, kFieldOfView);
+  std::istringstream in(view);
+  Vec3 eye;
+  std::string rest;
+  if (!(in >> eye.x() >> eye.y() >> eye.z()) || (in >> rest) || !is_finite(eye) || eye.norm() > 100 ||
+      !((eye - subject.centre).norm() > 0.01))
+    return fail(ErrorCode::kUsage, "unknown view '" + view +
+                                       "': corner, front, side, top, camera, or an eye \"x y z\" in metres");
+  return Camera::look_at(eye, subject.centre, width, height, kFieldOfView);
 }
 
 }  // namespace evograsp::sim

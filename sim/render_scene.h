@@ -24,9 +24,18 @@ Status add_hand(RenderScene& scene, const proto::HandBundle& hand, const Pose& X
 // A dot at each contact and its friction cone: half angle atan(mu), about the normal, inside the target.
 Status add_contacts(RenderScene& scene, std::span<const Contact> contacts);
 
-// A named viewpoint: "corner" (the default), "front" (from +x), "side" (from -y), "top", "camera" (the depth
-// camera's own), or eye coordinates "x y z" in metres. All but "camera" look at `target`.
-Result<Camera> choose_view(const std::string& view, const Camera& depth_camera, const Vec3& target, int width,
-                           int height);
+// A ball that a picture is about.
+struct Subject {
+  Vec3 centre = Vec3::Zero();
+  double radius = 0.14;  // m
+};
+// The objects of a scene.
+Subject subject_of(std::span<const proto::ObjectBundle> objects, const Placements& placements);
+
+// A named viewpoint: "corner", "front" (from +x), "side" (from -y), "top", "camera" (the depth camera's own),
+// or eye coordinates "x y z" in metres. All but "camera" look at the subject; the named ones stand so far
+// that it fills the picture.
+Result<Camera> choose_view(const std::string& view, const Camera& depth_camera, const Subject& subject,
+                           int width, int height);
 
 }  // namespace evograsp::sim
