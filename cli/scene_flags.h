@@ -32,8 +32,8 @@ struct SceneFlags {
   std::uint64_t seed = 1;
   int target = -1;  // -1: the first object in the scene
   int click = 0;
-  std::string pose;                  // "x y z ax ay az r"
-  std::optional<bool> bounding_box;  // absent: as configured
+  std::string pose;  // "x y z ax ay az r"
+  BoxFlags box;
 };
 
 void add_scene_flags(CLI::App& sub, SceneFlags& flags);

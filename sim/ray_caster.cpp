@@ -59,10 +59,15 @@ int RayBody::enter(const Ray& ray_B, double t_min, double* t) const {
   return best;
 }
 
+void RayBody::smooth() {
+  if (mesh_) shading_ = std::make_shared<MeshShading>(*mesh_);
+}
+
 Vec3 RayBody::normal(const Ray& ray_B, double t, int element, double bevel_m) const {
-  const Vec3 n =
-      mesh_ ? mesh_->normal(element) : parts_[static_cast<std::size_t>(element)].normal(ray_B.at(t), bevel_m);
-  return dot(n, ray_B.direction) > 0 && mesh_ ? Vec3(-n) : n;
+  if (!mesh_) return parts_[static_cast<std::size_t>(element)].normal(ray_B.at(t), bevel_m);
+  const Vec3 flat = mesh_->normal(element);
+  const Vec3 n = shading_ && bevel_m > 0 ? shading_->normal(*mesh_, element, ray_B.at(t)) : flat;
+  return dot(flat, ray_B.direction) > 0 ? Vec3(-n) : n;
 }
 
 PosedScene::PosedScene(const RayCaster& caster, std::span<const Pose> X_WB,

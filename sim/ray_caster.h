@@ -13,6 +13,7 @@
 #include "common/result.h"
 #include "proto/bundle.pb.h"
 #include "sim/camera.h"
+#include "sim/mesh_shading.h"
 #include "sim/solid.h"
 #include "sim/triangle_mesh.h"
 
@@ -32,12 +33,15 @@ class RayBody {
   // Index of the part or triangle that the ray (body frame) meets first in (t_min, *t), or -1. Equal depths:
   // the lower index.
   int enter(const Ray& ray_B, double t_min, double* t) const;
+  // From now on normal() with a bevel blends a mesh's normals over its round parts. For pictures.
+  void smooth();
   // Unit normal against the ray (body frame).
   Vec3 normal(const Ray& ray_B, double t, int element, double bevel_m = 0) const;
 
  private:
   std::vector<Solid> parts_;
   std::shared_ptr<const TriangleMesh> mesh_;
+  std::shared_ptr<const MeshShading> shading_;
   BoundingBall ball_;
 };
 

@@ -108,6 +108,7 @@ Status add_objects(RenderScene& scene, std::span<const proto::ObjectBundle> obje
     if (i >= placements.pose.size() || !placements.present[i]) continue;
     Result<RayBody> body = RayBody::create(objects[i]);
     if (!body) return tl::unexpected(body.error());
+    body->smooth();
     scene.solid.push_back(
         {std::move(*body), placements.pose[i], {kPalette[i % std::size(kPalette)], 0.35, 1, 0.0012}});
   }

@@ -38,6 +38,9 @@ class TriangleMesh {
 
   std::size_t size() const { return faces_.size(); }
   Vec3 normal(int triangle) const;  // unit, by the right-hand rule
+  const Vec3& corner(int triangle, int k) const {
+    return faces_[static_cast<std::size_t>(triangle)].corner[k];
+  }
   const BoundingBall& ball() const { return ball_; }
 
  private:
