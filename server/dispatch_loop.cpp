@@ -165,6 +165,7 @@ void DispatchLoop::end_session(Session& session, Departure departure, const std:
       died, died ? "worker_lost" : "worker_left",
       "worker " + session.view.identity + ": " + why + "; " + std::to_string(held) + " tasks go to others");
   by_id_.erase(session.id);
+  fail_steps_of(session.id);
   sessions_.erase(std::string(session.peer));  // the session dies here
   report_poisoned();
 }
@@ -222,6 +223,7 @@ void DispatchLoop::tick() {
   if (now() >= next_heartbeat_) {
     next_heartbeat_ = now() + options_.heartbeat_seconds;
     lose_silent();
+    forget_idle_clients();
     send_heartbeats();
   }
   expire_tasks();

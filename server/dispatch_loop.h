@@ -4,6 +4,7 @@
 #include <chrono>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -23,6 +24,16 @@ struct Session {
   double heard = 0;    // s, monotonic
   std::uint64_t ping = 0;
   double ping_sent = 0;
+};
+
+// A peer that drives a slot step by step.
+struct Client {
+  std::uint64_t id = 0;
+  std::optional<std::uint64_t> seed;  // of its last shuffle
+  std::uint32_t target = 0;           // of its last get_info
+  WorkerId worker = 0;                // that has its command; 0: none
+  std::uint64_t pending = 0;          // id of that command
+  double heard = 0;
 };
 
 class DispatchLoop {
@@ -62,6 +73,14 @@ class DispatchLoop {
   void cancel(const Scheduler::Accepted& accepted);
   void accept_measurements(const Assignment& what, const proto::TaskResult& result);
 
+  // dispatch_steps.cpp: stepwise clients.
+  void on_client_hello(const Received& message);
+  void on_step_request(const std::string& peer, Client& client, proto::StepRequest request);
+  void on_step_reply(const Session& session, proto::StepReply reply);
+  void step_error(const std::string& peer, std::uint64_t id, const std::string& error);
+  void fail_steps_of(WorkerId worker);
+  void forget_idle_clients();
+
   void welcome(const std::string& peer);
   void refuse(const std::string& peer, const std::string& reason, bool retry);
   void misbehaved(const std::string& peer, const std::string& fault);
@@ -89,6 +108,8 @@ class DispatchLoop {
   std::unordered_map<std::string, std::unique_ptr<Session>> sessions_;  // by routing id
   std::map<WorkerId, Session*> by_id_;
   WorkerId next_id_ = 1;
+  std::unordered_map<std::string, Client> clients_;  // by routing id
+  std::uint64_t next_client_ = 1;
   std::unordered_map<std::string, zmq::message_t> assets_;
 
   Work work_;

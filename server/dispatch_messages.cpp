@@ -44,7 +44,10 @@ void DispatchLoop::handle(Received& message) {
 void DispatchLoop::handle_stranger(Received& message) {
   if (message.envelope->has_hello()) {
     drop_disconnected();  // the descriptor may have belonged to another connection a moment ago
-    on_hello(message);
+    message.envelope->hello().stepwise() ? on_client_hello(message) : on_hello(message);
+  } else if (const auto client = clients_.find(message.peer);
+             client != clients_.end() && message.envelope->has_step_request()) {
+    on_step_request(message.peer, client->second, message.envelope->step_request());
   } else {
     refuse(message.peer, "no session: say hello", true);
   }
@@ -63,6 +66,8 @@ void DispatchLoop::handle_session(Session& session, const Received& message) {
       return scheduler_.started(session.id, envelope.started().id(), envelope.started().attempt(), now());
     case proto::Envelope::kResult:
       return on_result(session, envelope.result());
+    case proto::Envelope::kStepReply:
+      return on_step_reply(session, envelope.step_reply());
     case proto::Envelope::kHeartbeat:
       return on_heartbeat(session, envelope.heartbeat());
     case proto::Envelope::kDrain:

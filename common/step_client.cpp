@@ -1,0 +1,68 @@
+#include "common/step_client.h"
+
+#include <unistd.h>
+
+#include <chrono>
+#include <utility>
+
+#include "common/version.h"
+
+namespace evograsp {
+
+Result<StepClient> StepClient::connect(const std::string& endpoint, const std::optional<CurveKeys>& keys,
+                                       double seconds) {
+  StepClient client;
+  client.endpoint_ = endpoint;
+  SocketOptions options;
+  options.curve = keys;
+  auto socket = make_dealer(*client.context_, endpoint, options);
+  if (!socket) return tl::unexpected(socket.error());
+  client.socket_ = std::move(*socket);
+  proto::Envelope hello = make_envelope({});
+  hello.mutable_hello()->set_build(kVersion);
+  hello.mutable_hello()->set_identity("step-client");
+  hello.mutable_hello()->set_pid(static_cast<std::uint32_t>(getpid()));
+  hello.mutable_hello()->set_stepwise(true);
+  send(client.socket_, {}, hello);
+  auto welcome = client.next(seconds);
+  if (!welcome) return tl::unexpected(welcome.error());
+  if (!welcome->has_welcome())
+    return fail(ErrorCode::kUnavailable, endpoint + ": answers hello with something else");
+  client.stamp_ = {welcome->run(), welcome->epoch()};
+  client.experiment_ = welcome->welcome().experiment();
+  return client;
+}
+
+Result<proto::StepReply> StepClient::ask(proto::StepRequest request, double seconds) {
+  request.set_id(++last_id_);
+  proto::Envelope envelope = make_envelope(stamp_);
+  *envelope.mutable_step_request() = std::move(request);
+  send(socket_, {}, envelope);
+  for (;;) {
+    auto answer = next(seconds);
+    if (!answer) return tl::unexpected(answer.error());
+    if (!answer->has_step_reply() || answer->step_reply().id() != last_id_) continue;
+    if (answer->step_reply().has_error())
+      return fail(ErrorCode::kInvalid, endpoint_ + ": " + answer->step_reply().error());
+    return answer->step_reply();
+  }
+}
+
+Result<proto::Envelope> StepClient::next(double seconds) {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+  while (std::chrono::steady_clock::now() < end) {
+    zmq::pollitem_t item{socket_.handle(), 0, ZMQ_POLLIN, 0};
+    zmq::poll(&item, 1, std::chrono::milliseconds(20));
+    google::protobuf::Arena arena;
+    Received received;
+    if (!receive(socket_, false, arena, received)) continue;
+    if (received.envelope == nullptr)
+      return fail(ErrorCode::kInvalid, endpoint_ + ": sent " + received.fault);
+    if (received.envelope->has_refusal())
+      return fail(ErrorCode::kUnavailable, endpoint_ + " refuses: " + received.envelope->refusal().reason());
+    return *received.envelope;
+  }
+  return fail(ErrorCode::kUnavailable, endpoint_ + ": no answer");
+}
+
+}  // namespace evograsp
