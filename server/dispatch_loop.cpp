@@ -8,6 +8,7 @@ namespace evograsp::server {
 namespace {
 
 constexpr int kMessagesATurn = 512;
+constexpr double kPatienceSeconds = 2;  // without workers, before it is worth a line in the log
 
 double unix_time() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
@@ -227,8 +228,22 @@ void DispatchLoop::tick() {
     send_heartbeats();
   }
   expire_tasks();
+  say_when_waiting();
   pump_all();
   finish_if_done();
+}
+
+void DispatchLoop::say_when_waiting() {
+  const bool alone = working_ && by_id_.empty();
+  if (!alone) {
+    alone_since_ = -1;
+    said_waiting_ = false;
+  } else if (alone_since_ < 0) {
+    alone_since_ = now();
+  } else if (!said_waiting_ && now() - alone_since_ > kPatienceSeconds) {
+    said_waiting_ = true;
+    sink_.event(false, "waiting", "no worker is connected: waiting for one");
+  }
 }
 
 bool DispatchLoop::receive_some() {

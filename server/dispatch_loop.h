@@ -88,6 +88,7 @@ class DispatchLoop {
   void send_heartbeats();
   void lose_silent();
   void expire_tasks();
+  void say_when_waiting();
   void report_poisoned();
   void pump(Session& session);
   void pump_all();
@@ -118,6 +119,8 @@ class DispatchLoop {
   bool working_ = false;
   bool paused_ = false;
   double next_heartbeat_ = 0;
+  double alone_since_ = -1;  // s; work, but nobody to do it
+  bool said_waiting_ = false;
   DispatchView totals_;
   LogLimiter complaints_{10, 1.0};
 };

@@ -1,6 +1,7 @@
 #include "server/run_loop.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numeric>
 #include <utility>
@@ -37,7 +38,7 @@ RunLoop::RunLoop(const ResumePoint& start, neat::Population population, Store& s
       journalled_(start.evaluations),
       validated_(start.validations),
       bests_(start.bests.begin(), start.bests.end()),
-      judged_generations_(static_cast<std::uint32_t>(start.history.size())) {
+      judged_generations_(start.generation) {
   position_.generation = start.generation;
   if (start.history.empty()) return;
   const GenerationRecord& last = start.history.back();
@@ -192,7 +193,7 @@ GenerationRecord RunLoop::describe(const std::vector<double>& fitness) const {
   double squares = 0, links = 0;
   for (const double f : fitness) squares += (f - record.mean) * (f - record.mean);
   for (const neat::Genome& genome : population_.ask())
-    for (std::uint32_t i = 0; i < genome.links(); ++i) links += genome.enabled(i) ? 1 : 0;
+    for (const std::uint64_t flags : genome.flags()) links += std::popcount(flags);
   record.deviation = std::sqrt(squares / count);
   record.links = links / count;
   return record;

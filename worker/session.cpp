@@ -256,12 +256,10 @@ void Session::enqueue(Received& message) {
 }
 
 void Session::on_cancel(const proto::Cancel& cancel) {
-  const int before = slots_.queued();
   if (cancel.id().empty())
-    slots_.take_back();
+    unfinished_ -= static_cast<int>(slots_.take_back().size());
   else
-    slots_.cancel({cancel.id().data(), static_cast<std::size_t>(cancel.id_size())});
-  unfinished_ -= before - slots_.queued();
+    unfinished_ -= slots_.cancel({cancel.id().data(), static_cast<std::size_t>(cancel.id_size())});
 }
 
 void Session::on_drain(const proto::Drain& drain) {

@@ -80,12 +80,12 @@ void SlotPool::push(Job job) {
   wanted_.notify_one();
 }
 
-void SlotPool::cancel(std::span<const std::uint64_t> tasks) {
+int SlotPool::cancel(std::span<const std::uint64_t> tasks) {
   const std::lock_guard lock(mutex_);
-  std::erase_if(queue_, [&](const Job& job) {
+  return static_cast<int>(std::erase_if(queue_, [&](const Job& job) {
     return job.envelope.has_task() &&
            std::find(tasks.begin(), tasks.end(), job.envelope.task().id()) != tasks.end();
-  });
+  }));
 }
 
 std::vector<std::uint64_t> SlotPool::take_back() {

@@ -44,7 +44,8 @@ class SlotPool {
   // Jobs that start from now on use this simulator (null: none).
   void set_simulator(std::shared_ptr<SharedSimulator> shared);
   void push(Job job);
-  void cancel(std::span<const std::uint64_t> tasks);  // those that have not started
+  // Drops those of the tasks that have not started; gives how many.
+  int cancel(std::span<const std::uint64_t> tasks);
   // Takes back every task that has not started; gives their ids.
   std::vector<std::uint64_t> take_back();
   std::vector<SlotEvent> take_events();
