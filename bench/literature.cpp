@@ -175,6 +175,8 @@ void report(const Task& task, const proto::NeatConfig& config, int runs) {
   std::vector<double> evaluations, generations, hidden;
   for (int r = 0; r < runs; ++r) {
     const Outcome outcome = run(task, config, static_cast<std::uint64_t>(r) + 1);
+    std::fprintf(stderr, "%s run %d: %s, %llu evaluations\n", task.name, r + 1,
+                 outcome.solved ? "solved" : "failed", static_cast<unsigned long long>(outcome.evaluations));
     if (!outcome.solved) continue;
     evaluations.push_back(static_cast<double>(outcome.evaluations));
     generations.push_back(outcome.generations);

@@ -1,6 +1,7 @@
 #include "common/network.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -225,6 +226,7 @@ float* Network::update(float* from, float* to, int steps, Step once) const {
 }
 
 void Network::activate(std::span<const float> in, std::span<float> out, Scratch& scratch, int steps) const {
+  assert(in.size() >= static_cast<std::size_t>(inputs_) && out.size() >= output_node_.size());
   const kernels::Kernels& kernel = kernels::active();
   const auto inputs = static_cast<std::uint32_t>(inputs_);
   float* from = aligned(scratch.values, std::size_t{stride_} * (recurrent_ ? 2 : 1));
@@ -274,6 +276,7 @@ void Network::activate_batch(std::span<const float> in, std::span<float> out, in
                              int steps) const {
   const auto inputs = static_cast<std::size_t>(inputs_), outputs = output_node_.size();
   const auto samples = static_cast<std::size_t>(std::max(count, 0));
+  assert(in.size() >= samples * inputs && out.size() >= samples * outputs);
   const auto singles = [&](std::size_t first, std::size_t end) {
     for (std::size_t r = first; r < end; ++r)
       activate(in.subspan(r * inputs, inputs), out.subspan(r * outputs, outputs), scratch, steps);
