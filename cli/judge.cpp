@@ -9,6 +9,7 @@
 
 #include "common/random.h"
 #include "score/score.h"
+#include "sim/lift.h"
 #include "worker/evaluator.h"
 
 namespace evograsp::cli {
@@ -41,8 +42,15 @@ class Judge {
     info->write_inputs(inputs_);
     network_.activate(inputs_, outputs_, scratch_, kRecurrentSteps);
     const Pose tool = simulator_.decode(outputs_, *info, options_.bounding_box);
-    const sim::Measurement measured = simulator_.get_quality(*placements, target_, tool, *workspace_);
+    sim::GraspReport attempt;
+    const sim::Measurement measured =
+        simulator_.get_quality(*placements, target_, tool, *workspace_, &attempt);
     result.success = score::success(worker::to_proto(measured));
+    if (options_.lift && measured.contacts > 0) {
+      const auto lift = sim::lift_test(simulator_, *placements, target_, attempt);
+      if (!lift) return tl::unexpected(lift.error());
+      result.lifted = lift->held;
+    }
     return result;
   }
 

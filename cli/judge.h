@@ -26,7 +26,7 @@ struct Interval {
 struct Judgement {
   int n = 0;
   int successes = 0;  // stable grasps (score::success)
-  int lifts = 0;      // grasps that also held when lifted
+  int lifts = 0;      // grasps that held when lifted and shaken (sim/lift.h), in force closure or not
   int unseen = 0;     // placements in which the camera saw nothing of the object; counted as failures
 
   double success() const { return n > 0 ? static_cast<double>(successes) / n : 0; }

@@ -122,6 +122,7 @@ std::unique_ptr<CLI::App> make_app(Outcome& outcome) {
   app->set_help_flag("-h,--help", "show this help");
   app->require_subcommand(0, 1);
   app->footer(kFooter);
+  add_train(*app, outcome);
   add_test(*app, outcome);
   add_validate(*app, outcome);
   add_epsilon(*app, outcome);

@@ -170,9 +170,9 @@ void add_test(CLI::App& app, Outcome& outcome) {
   sub->add_flag("!--no-lift", options->lift, "skip the lift test");
   sub->add_flag("--json", options->json, "machine-readable");
   sub->footer(
-      "A stable grasp is one in force closure. The stricter lift test closes the hand under motor torque, "
-      "lifts the\n"
-      "object 10 cm under gravity and holds it for a second.\n\n"
+      "A stable grasp is one in force closure. The lift test is stricter: the hand closes with the torque "
+      "its motors\n"
+      "have, lifts the object 10 cm, holds it for a second and shakes it.\n\n"
       "Examples:\n"
       "  evograsp test runs/quick/champion.pb\n"
       "  evograsp test runs/mug --objects mug,plated_mug --placements 200 --no-box\n"
