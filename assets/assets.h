@@ -40,6 +40,7 @@ Result<LoadedObject> load_object(const std::string& name_or_path, const ObjectOp
 Result<LoadedHand> load_hand(const std::string& name_or_path, const std::filesystem::path& base);
 
 std::vector<std::string> builtin_objects();
+std::vector<std::string> object_names();  // the same and their other names (cube, sphere)
 std::vector<std::string> builtin_hands();
 std::filesystem::path default_cache_folder();  // $EVOGRASP_CACHE, $XDG_CACHE_HOME/evograsp, ~/.cache/evograsp
 

@@ -154,6 +154,13 @@ std::vector<std::string> builtin_objects() {
   return builtin_names("objects/");
 }
 
+std::vector<std::string> object_names() {
+  std::vector<std::string> names = builtin_objects();
+  for (const Alias& alias : kAliases) names.emplace_back(alias.name);
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
 Result<LoadedObject> load_object(const std::string& name_or_path, const ObjectOptions& options) {
   Origin origin;
   origin.cache = options.cache.empty() ? default_cache_folder() : options.cache;

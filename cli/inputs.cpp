@@ -33,9 +33,7 @@ Status write_all(int file, std::string_view data, const fs::path& path) {
 }  // namespace
 
 KnownNames known_names() {
-  std::vector<std::string> objects = assets::builtin_objects();
-  for (const char* alias : {"cube", "sphere"}) objects.emplace_back(alias);
-  return {{"scene.object", objects}, {"grasp.hand", assets::builtin_hands()}};
+  return {{"scene.object", assets::object_names()}, {"grasp.hand", assets::builtin_hands()}};
 }
 
 Result<proto::Champion> read_champion(const fs::path& path) {

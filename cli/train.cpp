@@ -1,6 +1,7 @@
 // `evograsp train`: the server and a worker in one process, joined by an inproc socket.
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <iostream>
@@ -12,11 +13,13 @@
 #include "assets/assets.h"
 #include "cli/cli.h"
 #include "cli/inputs.h"
+#include "cli/program.h"
 #include "cli/progress.h"
 #include "cli/report.h"
 #include "cli/run_folder.h"
 #include "cli/stop_signals.h"
 #include "common/config.h"
+#include "common/log.h"
 #include "server/server.h"
 #include "server/store_reader.h"
 #include "worker/worker.h"
@@ -175,6 +178,8 @@ Result<server::RunState> Training::evolve() {
 }
 
 int Training::run() {
+  // The progress line says what goes well.
+  set_up_logging({.json = false, .level = spdlog::level::warn});
   if (auto status = start(); !status) return report(status.error());
   if (!options_.quiet) {
     std::fprintf(stderr, "%s %s in %s\n", options_.resume.empty() ? "training" : "resuming",
@@ -187,9 +192,22 @@ int Training::run() {
   return conclude(*state);
 }
 
+// grasp.png, by the program's own render command.
+void draw_grasp(const fs::path& folder) {
+  Outcome outcome;
+  const auto app = make_app(outcome);
+  const auto is_render = [](const CLI::App* command) { return command->get_name() == "render"; };
+  if (std::ranges::none_of(app->get_subcommands({}), is_render)) return;
+  const std::string champion = (folder / "champion.pb").string(), picture = (folder / "grasp.png").string();
+  const char* const command[] = {"evograsp", "render",        "--champion", champion.c_str(),
+                                 "--out",    picture.c_str(), "--size",     "960x720"};
+  if (cli::run(static_cast<int>(std::size(command)), command) != kExitOk) warn(picture + ": not drawn");
+}
+
 int Training::conclude(server::RunState state) {
   const auto run = read_run_folder(server_options_.run_dir);
   if (!run) return report(run.error());
+  if (run->champion) draw_grasp(run->path);
   if (auto status = write_results(*run); !status) return report(status.error());
   if (state == server::RunState::kFailed) {
     return report(Error{ErrorCode::kInternal, run->path.string() + ": the run failed; its log says why"});
@@ -221,7 +239,7 @@ void Training::show_result(const RunFolder& run) {
               champion.generation(), champion.validation_successes(), champion.validation_trials());
   const std::string folder = run.path.string();
   std::printf(
-      "\nNext:\n  evograsp test %s/champion.pb\n  evograsp render %s/champion.pb --out grasp.png\n  xdg-open "
+      "\nNext:\n  evograsp test %s\n  evograsp render --champion %s --out grasp.png --seed 2\n  xdg-open "
       "%s/report.html\n",
       folder.c_str(), folder.c_str(), folder.c_str());
 }
@@ -291,7 +309,7 @@ void add_train(CLI::App& app, Outcome& outcome) {
   sub->add_flag("-q,--quiet", options->quiet, "no progress, no plot");
   sub->add_flag("--json", options->json, "print the result machine-readable");
   sub->footer(
-      "The folder gets run.db (everything, resumable), champion.pb, fitness.png and report.html.\n"
+      "The folder gets run.db (everything, resumable), champion.pb, fitness.png, grasp.png and report.html.\n"
       "Ctrl-C commits what is done and says how to go on (exit code 130).\n\n"
       "Examples:\n"
       "  evograsp train quick\n"

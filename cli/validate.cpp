@@ -107,7 +107,7 @@ Kind kind_of(const std::string& file) {
   std::error_code error;
   if (!fs::exists(file, error)) {
     if (is_one_of(builtin_configs())) return Kind::kConfig;
-    if (is_one_of(assets::builtin_objects())) return Kind::kObject;
+    if (is_one_of(assets::object_names())) return Kind::kObject;
     if (is_one_of(assets::builtin_hands())) return Kind::kHand;
   }
   if (is_mesh_file(file)) return Kind::kMesh;

@@ -15,17 +15,15 @@ for ((i = 2; ; i++)); do
   out=$runs/$name-$i
 done
 
-"$bin/evograsp" train "$config" --out "$out" "$@"
+# What to try next is said below, after the test.
+"$bin/evograsp" train "$config" --out "$out" "$@" | sed '/^Next:$/,$d'
+echo "pictures: $out/fitness.png (how it learnt), $out/grasp.png (a grasp of the champion), $out/report.html (all)"
 echo
-if "$bin/evograsp" render "$out/champion.pb" --out "$out/grasp.png" >/dev/null; then
-  echo "pictures: $out/fitness.png (how it learnt), $out/grasp.png (a grasp of the champion)"
-fi
-echo
-"$bin/evograsp" test "$out/champion.pb" --placements 200
+"$bin/evograsp" test "$out/champion.pb" --placements 100
 cat <<TEXT
 
 Three things to try next:
-  $bin/evograsp test $out/champion.pb --objects mug,sphere     does it grasp what it was not trained on?
-  $bin/evograsp train mug --seed 7                             another object, the thesis's full size
-  $bin/evograsp validate --show $name                          every setting there is
+  $bin/evograsp test $out --objects mug,sphere     does it grasp what it was not trained on?
+  $bin/evograsp train mug --seed 7                 another object, the thesis's full size
+  $bin/evograsp validate --show $name              every setting there is
 TEXT

@@ -61,7 +61,7 @@ proto::NetConfig net_of(const CLI::App& app, const Flags& flags) {
 Status fill_new(const Flags& flags, bool seed_given, server::ServerOptions& options) {
   auto loaded =
       load_config(flags.config, overrides(flags, seed_given),
-                  {{"scene.object", assets::builtin_objects()}, {"grasp.hand", assets::builtin_hands()}});
+                  {{"scene.object", assets::object_names()}, {"grasp.hand", assets::builtin_hands()}});
   if (!loaded) {
     for (const Diagnostic& diagnostic : loaded.error())
       std::fprintf(stderr, "%s\n", diagnostic.text().c_str());
