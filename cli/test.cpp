@@ -20,7 +20,7 @@ struct Options {
   std::vector<std::string> objects;
   int placements = 100;
   std::uint64_t seed = 1;
-  std::optional<bool> box;
+  bool box = false, no_box = false;  // neither: as it was trained
   double scale = 1, mass = 0;
   int threads = 0;
   bool lift = true;
@@ -128,7 +128,7 @@ nlohmann::ordered_json as_json(const std::vector<Row>& rows, const Options& opti
 int test(const Options& options) {
   const auto champion = read_champion(options.champion);
   if (!champion) return report(champion.error());
-  const bool box = options.box.value_or(champion->experiment().trials().bounding_box());
+  const bool box = options.box || (champion->experiment().trials().bounding_box() && !options.no_box);
   const auto rows = judge_all(*champion, options, box);
   if (!rows) return report(rows.error());
   if (options.json) {
@@ -154,8 +154,8 @@ void add_test(CLI::App& app, Outcome& outcome) {
   sub->add_option("--placements", options->placements, "random placements an object")
       ->check(CLI::Range(1, 1000000))
       ->capture_default_str();
-  sub->add_flag("--box,!--no-box", options->box,
-                "through the bounding-box window, or without [as it was trained]");
+  auto* box = sub->add_flag("--box", options->box, "through the bounding-box window [as it was trained]");
+  sub->add_flag("--no-box", options->no_box, "on the whole image, absolute positions")->excludes(box);
   sub->add_option("--seed", options->seed, "seed of the placements")->type_name("S")->capture_default_str();
   sub->add_option("--scale", options->scale, "file units to metres, for mesh files")
       ->type_name("X")

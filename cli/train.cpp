@@ -178,8 +178,8 @@ Result<server::RunState> Training::evolve() {
 }
 
 int Training::run() {
-  // The progress line says what goes well.
-  set_up_logging({.json = false, .level = spdlog::level::warn});
+  // The progress line says what goes well; the worker taking its leave is no news.
+  set_up_logging({.json = false, .level = spdlog::level::err});
   if (auto status = start(); !status) return report(status.error());
   if (!options_.quiet) {
     std::fprintf(stderr, "%s %s in %s\n", options_.resume.empty() ? "training" : "resuming",
