@@ -43,8 +43,8 @@ SendResult send(zmq::socket_t& socket, const std::string& peer, const proto::Env
 
 // One received message. The envelope lives in the arena given to receive().
 struct Received {
-  std::string peer;  // routing id; empty on a DEALER
-  int fd = -1;       // connection it came by; -1 for inproc
+  std::string peer;      // routing id; empty on a DEALER
+  int fd = -1;           // connection it came by; -1 for inproc
   std::size_t size = 0;  // bytes of all frames
   proto::Envelope* envelope = nullptr;
   std::vector<zmq::message_t> body;

@@ -32,9 +32,10 @@ class Speciation {
   // many random weights lie close together, so that a number in a config rarely does), then sorts.
   void found(std::span<const Genome> genomes, std::vector<Species>& species, std::uint32_t& next_id);
 
-  // Later generations: representative[s] stands for species[s]. With a target the threshold is steered: raised by up
-  // to 5 or lowered by up to 3 percent by how many species there were, then further, and the sorting begun again,
-  // while there are more than twice or less than half as many as wanted. Species left without a member are dropped.
+  // Later generations: representative[s] stands for species[s]. With a target the threshold is steered:
+  // raised by up to 5 or lowered by up to 3 percent by how many species there were, then further, and the
+  // sorting begun again, while there are more than twice or less than half as many as wanted. Species left
+  // without a member are dropped.
   void sort(std::span<const Genome> genomes, std::span<const Genome* const> representative,
             std::vector<Species>& species, std::uint32_t& next_id);
 

@@ -54,7 +54,8 @@ bool TriangleMesh::meets(std::size_t triangle, const Ray& ray, double t_min, dou
   if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0)) return false;
   const double volume = u + v + w;
   if (volume == 0) return false;
-  // Depth as the mean of the corners' depths weighted by these volumes: however thin the triangle, within their range.
+  // Depth as the mean of the corners' depths weighted by these volumes: however thin the triangle, within
+  // their range.
   const Vec3& d = ray.direction;
   const double at = (u * dot(a, d) + v * dot(b, d) + w * dot(c, d)) / (volume * dot(d, d));
   if (!(at > t_min && at <= *t)) return false;

@@ -12,7 +12,7 @@
 
 namespace evograsp::sim {
 
-inline constexpr int kTableObject = -1;                // Obstacle::object of the table
+inline constexpr int kTableObject = -1;          // Obstacle::object of the table
 inline constexpr double kTableThickness = 0.05;  // m; its top is z = 0
 
 // A posed convex shape with its bounds.
