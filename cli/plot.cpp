@@ -33,11 +33,12 @@ void text(cairo_t* c, double x, double y, const std::string& words, double size,
   cairo_text_extents(c, words.c_str(), &extents);
   cairo_move_to(c, x - align * extents.x_advance, y);
   cairo_show_text(c, words.c_str());
+  cairo_new_path(c);  // or the pen's place after the last letter begins the next line
 }
 
 std::string number(double value) {
   char buffer[32];
-  std::snprintf(buffer, sizeof buffer, "%.4g", value);
+  std::snprintf(buffer, sizeof buffer, "%.6g", value);
   return buffer;
 }
 
@@ -61,9 +62,12 @@ void draw_axes(cairo_t* c, const Axes& axes) {
     cairo_stroke(c);
     use(c, kInk);
     text(c, kLeft - 8, axes.y(fitness) + 4, number(fitness), 13, 1);
-    const double generation = axes.last_generation * i / 5;
-    text(c, axes.x(generation), kHeight - kBottom + 20, number(generation), 13, 0.5);
   }
+  // Whole generations at a step of 1, 2 or 5 times a power of ten: at most ten of them.
+  double step = 1;
+  for (int i = 0; axes.last_generation / step > 10; ++i) step *= i % 3 == 1 ? 2.5 : 2;
+  for (double generation = 0; generation <= axes.last_generation; generation += step)
+    text(c, axes.x(generation), kHeight - kBottom + 20, number(generation), 13, 0.5);
   text(c, kLeft + (kWidth - kLeft - kRight) / 2, kHeight - 12, "generation", 14, 0.5);
 }
 

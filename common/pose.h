@@ -23,7 +23,7 @@ struct Pose {
 
 // Rotation by angle_rad about a unit axis (Rodrigues), with reproducible sine and cosine.
 Mat3 rotation_about(const Vec3& unit_axis, double angle_rad);
-// Rotation by angle_rad about axis of any length; a zero axis (below 1e-9) means no rotation (SPEC 5).
+// Rotation by angle_rad about axis of any length; a zero axis (below 1e-9) means no rotation.
 Mat3 axis_angle(const Vec3& axis, double angle_rad);
 Mat3 rotation_from_quaternion(double w, double x, double y,
                               double z);  // normalises; identity for a zero quaternion

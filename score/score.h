@@ -1,4 +1,4 @@
-// Measurements to fitness (SPEC 8, Algorithm 1 of the thesis, 4.2.2.1) and to success (SPEC 11).
+// Measurements to fitness (Algorithm 1 of the thesis, 4.2.2.1) and to success.
 #pragma once
 
 #include <span>

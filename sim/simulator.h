@@ -1,4 +1,4 @@
-// The grasp simulator's only door: the three commands of SPEC 3.
+// The grasp simulator's only door: cmd_shuffle, cmd_get_info, cmd_get_quality (the thesis, 4.2.2.2).
 //
 // Simulator is immutable and thread-safe: one a process serves every slot. What a slot needs to scribble on
 // is in its Workspace. A trial is a pure function of (experiment, pose, trial key): no state survives it.
@@ -50,7 +50,7 @@ struct Contact {
 
 struct Measurement {
   proto::Outcome outcome = proto::MISSED;
-  double quality = 0;  // epsilon (SPEC 7); 0 without force closure
+  double quality = 0;  // epsilon (Ferrari and Canny 1992); 0 without force closure
   int contacts = 0;
   int obstructions = 0;
   Vec3 p = Vec3::Zero(), s = Vec3::Zero(), o = Vec3::Zero();
@@ -98,7 +98,7 @@ class Simulator {
                                   Workspace& workspace, GraspReport* details = nullptr) const = 0;
 
   // The network's 7 outputs (each in [-1, 1]: x, y, z, axis, angle) as a tool pose: position in the workspace
-  // about info.anchor (SPEC 5), rotation applied to the home orientation. Non-finite outputs give a
+  // about info.anchor, rotation applied to the home orientation. Non-finite outputs give a
   // non-finite pose, which get_quality answers with NOT_A_NUMBER.
   virtual Pose decode(std::span<const float> outputs, const Info& info, bool bounding_box) const = 0;
 
