@@ -12,7 +12,7 @@ build=(
   libbullet-dev libbullet-extras-dev libembree-dev libqhull-dev libassimp-dev liburdfdom-dev
   libspdlog-dev libcli11-dev libsqlite3-dev sqlite3 libzstd-dev libcpp-httplib-dev nlohmann-json3-dev
   prometheus-cpp-dev libpng-dev zlib1g-dev libcairo2-dev libsodium-dev fonts-dejavu-core
-  libgtest-dev libgmock-dev libbenchmark-dev curl procps
+  libgtest-dev libgmock-dev libbenchmark-dev curl jq procps
 )
 ci=(clang clang-format clang-tidy libclang-rt-14-dev qemu-user shellcheck docker-compose)
 # Shared libraries of the binaries: what a machine needs that only runs them.

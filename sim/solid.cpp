@@ -132,12 +132,33 @@ Result<Solid> Solid::create(const proto::ConvexPart& part) {
   return solid;
 }
 
+namespace {
+
+// A flat core is a body once it is swept by a ball: here by the ball's six poles.
+proto::ConvexPart::Hull thickened(const proto::ConvexPart::Hull& flat, double by) {
+  proto::ConvexPart::Hull out;
+  for (int i = 0; i + 2 < flat.xyz_size(); i += 3) {
+    for (int pole = 0; pole < 6; ++pole) {
+      for (int axis = 0; axis < 3; ++axis)
+        out.add_xyz(flat.xyz(i + axis) + (pole / 2 == axis ? (pole % 2 == 0 ? by : -by) : 0));
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
 Status build_faces(Solid& solid, const proto::ConvexPart::Hull& hull) {
   Result<HullFaces> faces = hull_faces(hull);
+  double sweep = solid.rounding_;
+  if (!faces) {
+    faces = hull_faces(thickened(hull, std::max(sweep, 1e-5)));
+    sweep = 0;
+  }
   if (!faces) return tl::unexpected(faces.error());
   solid.vertices_ = std::move(faces->vertices);
   for (const HullFaces::Plane& plane : faces->planes)
-    solid.planes_.push_back({plane.normal, plane.offset + solid.rounding_});
+    solid.planes_.push_back({plane.normal, plane.offset + sweep});
   Vec3 low = solid.vertices_[0], high = low;
   for (const Vec3& v : solid.vertices_) low = low.cwiseMin(v), high = high.cwiseMax(v);
   const Vec3 centre = 0.5 * (low + high);
