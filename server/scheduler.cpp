@@ -14,9 +14,11 @@ constexpr std::uint32_t kShare = 3;             // tasks a slot that the remaini
 constexpr std::size_t kMaxTaskBytes = 1 << 20;  // of networks in one message
 constexpr std::size_t kMaxTaskNetworks = 256;
 constexpr std::uint32_t kMaxCredit = 64;
-constexpr std::uint32_t kMaxCopies = 2;   // of one task at a time
-constexpr double kStragglerFactor = 3;    // times its expected duration, before a task is copied
-constexpr double kStragglerGrace = 0.02;  // s
+constexpr std::size_t kMaxWorkerBytes = 4 << 20;  // of networks in flight beyond the least credit
+constexpr std::size_t kRoundTrips = 16;           // heartbeats that the shortest round trip is taken of
+constexpr std::uint32_t kMaxCopies = 2;           // of one task at a time
+constexpr double kStragglerFactor = 3;            // times its expected duration, before a task is copied
+constexpr double kStragglerGrace = 0.02;          // s
 constexpr double kLearningRate = 0.2;
 constexpr std::uint8_t kLossesToSuspect = 2;
 
@@ -51,7 +53,9 @@ void Scheduler::leave(WorkerId id, Departure departure) {
 }
 
 void Scheduler::set_round_trip(WorkerId worker, double seconds) {
-  workers_.at(worker).round_trip = seconds;
+  std::deque<double>& last = workers_.at(worker).round_trips;
+  last.push_back(seconds);
+  if (last.size() > kRoundTrips) last.pop_front();
 }
 
 void Scheduler::begin(std::uint32_t networks, std::uint32_t trials) {
@@ -73,6 +77,7 @@ void Scheduler::add(std::uint32_t index, std::size_t bytes) {
 void Scheduler::abandon() {
   for (auto& [id, worker] : workers_) {
     worker.tasks.clear();
+    worker.bytes = 0;
     worker.exclusive = false;
   }
   tasks_.clear();
@@ -90,10 +95,20 @@ double Scheduler::cost(const Worker& worker) const {
 std::uint32_t Scheduler::credit(const Worker& worker) const {
   const double task =
       std::max(kSmallestTask, std::min(options_.task_seconds, task_trials(worker) * cost(worker)));
-  const double wanted = 1 + std::ceil(worker.round_trip / task);
+  const std::deque<double>& trips = worker.round_trips;
+  const double round_trip = trips.empty() ? 0 : *std::min_element(trips.begin(), trips.end());
+  const double wanted = 1 + std::ceil(round_trip / task);
   const double slot =
       std::clamp(wanted, static_cast<double>(options_.credit), static_cast<double>(kMaxCredit));
   return worker.slots * static_cast<std::uint32_t>(slot);
+}
+
+// More than the least credit only while it is cheap: megabytes that wait for a starved worker are megabytes
+// that nobody else can take.
+bool Scheduler::full(const Worker& worker) const {
+  if (worker.tasks.size() >= credit(worker)) return true;
+  const std::size_t least = static_cast<std::size_t>(worker.slots) * std::max(1U, options_.credit);
+  return worker.tasks.size() >= least && worker.bytes >= kMaxWorkerBytes;
 }
 
 std::uint32_t Scheduler::task_trials(const Worker& worker) const {
@@ -109,7 +124,7 @@ std::optional<Assignment> Scheduler::next(WorkerId id, double now) {
   if (worker.exclusive || worker.slots == 0) return std::nullopt;
   if (!suspects_.empty() && worker.tasks.empty())
     if (auto suspect = next_suspect(id, worker, now)) return suspect;
-  if (worker.tasks.size() >= credit(worker)) return std::nullopt;
+  if (full(worker)) return std::nullopt;
   if (!queue_.empty()) {
     Task task;
     task.what = cut(worker);
@@ -182,7 +197,8 @@ Scheduler::Task* Scheduler::straggler(WorkerId id, double now) {
     if (attempt.worker == id) continue;
     const double work = trial_seconds_ * task.what.trials * static_cast<double>(task.what.networks.size());
     const double since = attempt.started >= 0 ? attempt.started : attempt.sent;
-    const double round_trip = workers_.at(attempt.worker).round_trip;
+    const std::deque<double>& trips = workers_.at(attempt.worker).round_trips;
+    const double round_trip = trips.empty() ? 0 : trips.back();  // queues included
     if (now - since < kStragglerFactor * work + round_trip + kStragglerGrace) continue;
     const bool older = oldest == nullptr || attempt.sent < oldest->attempts.front().sent ||
                        (attempt.sent == oldest->attempts.front().sent && number < oldest->what.task);
@@ -193,6 +209,9 @@ Scheduler::Task* Scheduler::straggler(WorkerId id, double now) {
 
 Assignment Scheduler::give(WorkerId id, Worker& worker, Task& task, double now) {
   ++counts_.tasks;
+  if (task.attempts.empty() && task.bytes == 0)
+    for (const std::uint32_t network : task.what.networks) task.bytes += bytes_[network];
+  worker.bytes += task.bytes;
   const std::uint32_t number = task.next_attempt++;
   task.attempts.push_back({id, number, now, -1});
   worker.tasks.push_back(task.what.task);
@@ -229,6 +248,7 @@ Scheduler::Accepted Scheduler::result(WorkerId id, std::uint64_t number, double 
   for (const Attempt& attempt : found->second.attempts) {
     Worker& holder = workers_.at(attempt.worker);
     std::erase(holder.tasks, number);
+    holder.bytes -= found->second.bytes;
     if (what.suspect) holder.exclusive = false;
     if (attempt.worker != id) accepted.cancel.push_back(attempt.worker);
   }
@@ -278,6 +298,7 @@ std::vector<Scheduler::Hung> Scheduler::expire(double now) {
 void Scheduler::end_attempt(WorkerId id, Worker& worker, std::uint64_t number) {
   Task& task = tasks_.at(number);
   std::erase(worker.tasks, number);
+  worker.bytes -= task.bytes;
   if (task.what.suspect) worker.exclusive = false;
   std::erase_if(task.attempts, [&](const Attempt& a) { return a.worker == id; });
   if (!task.attempts.empty()) return;

@@ -61,6 +61,9 @@ class Scheduler {
   void join(WorkerId worker, std::uint32_t slots);
   // Everything the worker held goes back to the queue.
   void leave(WorkerId worker, Departure departure);
+  // A heartbeat's round trip. It shares the connection with the tasks, so it grows with what is queued there;
+  // credit therefore goes by the shortest of the last few. Otherwise a busy worker would be sent more because
+  // it is busy.
   void set_round_trip(WorkerId worker, double seconds);
 
   // Starts a generation of `networks` x `trials`; what was still outstanding of the last one is forgotten.
@@ -119,17 +122,20 @@ class Scheduler {
   struct Task {
     Assignment what;
     std::vector<Attempt> attempts;  // now running or queued somewhere
+    std::size_t bytes = 0;          // of its networks
     std::uint32_t next_attempt = 0;
   };
   struct Worker {
     std::uint32_t slots = 0;
     std::vector<std::uint64_t> tasks;  // in the order sent
-    double round_trip = 0;
-    double trial_seconds = 0;  // 0: not measured yet
-    bool exclusive = false;    // holds a suspect, and nothing else
+    std::size_t bytes = 0;             // of the networks in `tasks`
+    std::deque<double> round_trips;    // s, the last few
+    double trial_seconds = 0;          // 0: not measured yet
+    bool exclusive = false;            // holds a suspect, and nothing else
   };
 
   std::uint32_t credit(const Worker& worker) const;
+  bool full(const Worker& worker) const;
   double cost(const Worker& worker) const;
   std::uint32_t task_trials(const Worker& worker) const;
   std::optional<Assignment> next_suspect(WorkerId id, Worker& worker, double now);

@@ -88,6 +88,41 @@ TEST(Scheduler, CreditBoundsWhatAWorkerHoldsAndGrowsWithDistance) {
   EXPECT_GT(fill(2), 6) << "a worker 200 ms away runs dry on two tasks a slot";
 }
 
+// Heartbeats wait behind the tasks on the connection. If credit followed them, every full queue would ask for
+// a fuller one, until megabytes wait for one worker that has no processor to read them with.
+TEST(Scheduler, CreditDoesNotGrowByAWorkersOwnQueue) {
+  Scheduler scheduler(plain());
+  scheduler.join(1, 1);
+  begin(scheduler, 100000, 5);
+  scheduler.set_round_trip(1, 1e-5);
+  for (int i = 0; i < 8; ++i) scheduler.set_round_trip(1, 0.4);  // queued behind work
+  int held = 0;
+  while (scheduler.next(1, 0)) ++held;
+  EXPECT_EQ(held, 2);
+  for (int i = 0; i < 40; ++i) scheduler.set_round_trip(1, 0.4);  // it really is far away now
+  EXPECT_TRUE(scheduler.next(1, 0)) << "a short round trip long ago must be forgotten";
+}
+
+TEST(Scheduler, BytesInFlightToOneWorkerAreBounded) {
+  constexpr std::size_t kNetwork = 20000;
+  Scheduler scheduler(plain());
+  scheduler.join(1, 1);
+  scheduler.set_round_trip(1, 0.5);
+  for (int round = 0; round < 3; ++round) {
+    begin(scheduler, 20000, 1, kNetwork);
+    std::vector<Assignment> held;
+    std::size_t bytes = 0;
+    while (const auto what = scheduler.next(1, 0)) {
+      bytes += what->networks.size() * kNetwork;
+      held.push_back(*what);
+    }
+    EXPECT_GT(held.size(), 2U) << "a distant worker gets more than the least credit";
+    EXPECT_LE(bytes, 6U << 20) << "in round " << round;
+    for (const Assignment& what : held) scheduler.result(1, what.task, 1e-6);
+    EXPECT_TRUE(scheduler.next(1, 0)) << "what came back makes room, in round " << round;
+  }
+}
+
 TEST(Scheduler, LostWorkersTasksGoBackAtOnceAndLateResultsAreUnknown) {
   Scheduler scheduler(plain());
   scheduler.join(1, 1);
