@@ -1,8 +1,9 @@
+#include "assets/experiment.h"
+
 #include <google/protobuf/descriptor.h>
 
 #include <cmath>
 
-#include "assets/assets.h"
 #include "assets/bundle.h"
 #include "common/digest.h"
 #include "common/pose.h"
@@ -93,10 +94,18 @@ void write_worded_defaults(proto::Experiment& experiment, const proto::HandBundl
 }
 
 Status load_objects(const proto::SceneConfig& scene, const std::filesystem::path& base,
-                    ResolvedExperiment& out) {
+                    const Bundles& at_hand, ResolvedExperiment& out) {
   if (scene.object().empty()) return fail(ErrorCode::kInvalid, "scene.object: at least one object is needed");
   if (scene.object_size() > kMaxObjects) {
     return fail(ErrorCode::kInvalid, "scene.object: more than " + std::to_string(kMaxObjects) + " objects");
+  }
+  if (!at_hand.objects.empty()) {
+    if (static_cast<int>(at_hand.objects.size()) != scene.object_size())
+      return fail(ErrorCode::kInvalid,
+                  "scene.object: " + std::to_string(at_hand.objects.size()) + " of them are at hand");
+    out.objects = at_hand.objects;
+    for (const proto::ObjectBundle& object : out.objects) out.experiment.add_object_id(bundle_id(object));
+    return {};
   }
   const ObjectOptions options{scene.mesh_scale(), scene.mesh_mass(), base, {}};
   for (const std::string& name : scene.object()) {
@@ -109,7 +118,23 @@ Status load_objects(const proto::SceneConfig& scene, const std::filesystem::path
   return {};
 }
 
+Result<LoadedHand> hand_of(const proto::GraspConfig& grasp, const std::filesystem::path& base,
+                           const Bundles& at_hand) {
+  if (at_hand.hand) return LoadedHand{*at_hand.hand, bundle_id(*at_hand.hand), {}};
+  return load_hand(grasp.hand(), base);
+}
+
 }  // namespace
+
+std::string stable_name(const std::string& name_or_path) {
+  std::string name = std::filesystem::path(name_or_path).filename().string();
+  return name.empty() ? name_or_path : name;
+}
+
+void make_names_stable(proto::SceneConfig* scene, proto::GraspConfig* grasp) {
+  for (std::string& name : *scene->mutable_object()) name = stable_name(name);
+  if (grasp->has_hand()) grasp->set_hand(stable_name(grasp->hand()));
+}
 
 std::string experiment_fingerprint(proto::Experiment experiment) {
   experiment.clear_fingerprint();
@@ -118,6 +143,11 @@ std::string experiment_fingerprint(proto::Experiment experiment) {
 
 Result<ResolvedExperiment> resolve_experiment(const proto::Config& config,
                                               const std::filesystem::path& base) {
+  return resolve_experiment(config, base, Bundles());
+}
+
+Result<ResolvedExperiment> resolve_experiment(const proto::Config& config, const std::filesystem::path& base,
+                                              const Bundles& at_hand) {
   ResolvedExperiment out;
   proto::Experiment& experiment = out.experiment;
   *experiment.mutable_scene() = config.scene();
@@ -126,12 +156,14 @@ Result<ResolvedExperiment> resolve_experiment(const proto::Config& config,
   *experiment.mutable_trials() = config.trials();
   write_defaults(experiment);
   experiment.clear_hand_id();
-  Result<LoadedHand> hand = load_hand(experiment.grasp().hand(), base);
+  Result<LoadedHand> hand = hand_of(experiment.grasp(), base, at_hand);
   if (!hand) return fail(hand.error().code, "grasp.hand: " + hand.error().message);
   for (const std::string& warning : hand->warnings)
     out.warnings.push_back(experiment.grasp().hand() + ": " + warning);
   write_worded_defaults(experiment, hand->bundle);
-  if (const Status ok = load_objects(experiment.scene(), base, out); !ok) return tl::unexpected(ok.error());
+  if (const Status ok = load_objects(experiment.scene(), base, at_hand, out); !ok)
+    return tl::unexpected(ok.error());
+  make_names_stable(experiment.mutable_scene(), experiment.mutable_grasp());
   experiment.set_hand_id(hand->id);
   out.hand = std::move(hand->bundle);
   experiment.set_fingerprint(experiment_fingerprint(experiment));

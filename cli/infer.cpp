@@ -2,8 +2,10 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <optional>
 
 #include "assets/assets.h"
+#include "cli/champion_assets.h"
 #include "cli/cli.h"
 #include "cli/inputs.h"
 #include "cli/json_values.h"
@@ -94,8 +96,12 @@ Result<Answer> ask(const Options& options) {
   const auto champion = read_champion(options.champion);
   if (!champion) return tl::unexpected(champion.error());
   const proto::Config& config = champion->experiment();
-  const auto hand = assets::load_hand(config.grasp().hand(), {});
-  if (!hand) return tl::unexpected(hand.error());
+  std::optional<proto::HandBundle> hand = trained_bundles(options.champion, *champion).hand;
+  if (!hand) {
+    auto loaded = assets::load_hand(config.grasp().hand(), {});
+    if (!loaded) return tl::unexpected(loaded.error());
+    hand = std::move(loaded->bundle);
+  }
   const auto training = sim::Camera::create(config.camera());
   if (!training) return tl::unexpected(training.error());
 
@@ -126,12 +132,12 @@ Result<Answer> ask(const Options& options) {
   answer.info.write_inputs(in);
   Network::Scratch scratch;
   network->activate(in, out, scratch);
-  const Pose tool = sim::decode_pose(config.grasp(), sim::home_rotation(config.grasp(), hand->bundle), out,
+  const Pose tool = sim::decode_pose(config.grasp(), sim::home_rotation(config.grasp(), *hand), out,
                                      answer.info, answer.bounding_box);
   if (!is_finite(tool))
     return fail(ErrorCode::kInvalid, options.champion + ": the network's answer is not a number");
   answer.tool_camera = training->pose().inverse() * tool;
-  answer.tool_to_palm.position = -from_proto(hand->bundle.tool_point());
+  answer.tool_to_palm.position = -from_proto(hand->tool_point());
   // Positions of the answer leave the training world for the camera that recorded.
   answer.info.point = training->pose().inverse() * answer.info.point;
   answer.info.anchor = training->pose().inverse() * answer.info.anchor;

@@ -114,7 +114,9 @@ Interval wilson(int successes, int n) {
   const double scale = 1 + z * z / n;
   const double centre = (p + z * z / (2 * n)) / scale;
   const double half = z / scale * std::sqrt(p * (1 - p) / n + z * z / (4.0 * n * n));
-  return {std::max(0.0, centre - half), std::min(1.0, centre + half)};
+  // Exact at the ends, where rounding would leave a bound beside 0 or 1.
+  return {successes <= 0 ? 0 : std::max(0.0, centre - half),
+          successes >= n ? 1 : std::min(1.0, centre + half)};
 }
 
 }  // namespace evograsp::cli

@@ -2,6 +2,7 @@
 
 #include <sstream>
 
+#include "cli/champion_assets.h"
 #include "cli/inputs.h"
 #include "cli/report.h"
 #include "common/network.h"
@@ -93,6 +94,15 @@ Status apply(const SceneFlags& flags, Source& source) {
   if (flags.scale > 0) scene.set_mesh_scale(flags.scale);
   if (flags.mass > 0) scene.set_mesh_mass(flags.mass);
   return {};
+}
+
+// A champion's own objects and hand come from its run, unless flags name others.
+Result<assets::ResolvedExperiment> resolve(const SceneFlags& flags, const Source& source) {
+  if (!source.champion) return assets::resolve_experiment(source.config, source.base);
+  assets::Bundles trained = trained_bundles(flags.champion, *source.champion);
+  if (!flags.objects.empty() || flags.scale > 0 || flags.mass > 0) trained.objects.clear();
+  if (!flags.hand.empty()) trained.hand.reset();
+  return resolve_trained(source.config, trained, "--object (a hand by --hand)");
 }
 
 Result<int> choose_target(int wanted, const sim::Placements& placements) {
@@ -192,7 +202,7 @@ Result<Trial> prepare_trial(const SceneFlags& flags) {
   Result<Source> source = source_of(flags);
   if (!source) return tl::unexpected(source.error());
   if (Status status = apply(flags, *source); !status) return tl::unexpected(status.error());
-  auto resolved = assets::resolve_experiment(source->config, source->base);
+  auto resolved = resolve(flags, *source);
   if (!resolved) return tl::unexpected(resolved.error());
   for (const std::string& warning : resolved->warnings) warn(warning);
 

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "assets/assets.h"
+#include "cli/champion_assets.h"
 #include "cli/cli.h"
 #include "cli/inputs.h"
 #include "cli/judge.h"
@@ -21,7 +21,7 @@ struct Options {
   int placements = 100;
   std::uint64_t seed = 1;
   bool box = false, no_box = false;  // neither: as it was trained
-  double scale = 1, mass = 0;
+  double scale = 0, mass = 0;        // 0: not given
   int threads = 0;
   bool lift = true;
   bool json = false;
@@ -34,15 +34,18 @@ struct Row {
 
 // The champion's experiment with one object alone on the table.
 Result<std::shared_ptr<const sim::Simulator>> alone(const proto::Champion& champion,
-                                                    const std::string& object, const Options& options) {
+                                                    const std::string& object, const assets::Bundles& at_hand,
+                                                    const Options& options) {
   proto::Config config = champion.experiment();
   proto::SceneConfig& scene = *config.mutable_scene();
   scene.clear_object();
   scene.add_object(object);
   scene.set_objects_in_scene(0);
-  scene.set_mesh_scale(options.scale);
+  // Files that the command names have units of their own.
+  if (options.scale > 0 || !options.objects.empty())
+    scene.set_mesh_scale(options.scale > 0 ? options.scale : 1);
   if (options.mass > 0) scene.set_mesh_mass(options.mass);
-  auto experiment = assets::resolve_experiment(config, {});
+  auto experiment = resolve_trained(config, at_hand, "--objects");
   if (!experiment) return tl::unexpected(experiment.error());
   for (const std::string& warning : experiment->warnings) warn(warning);
   return sim::Simulator::create(experiment->experiment, experiment->objects, experiment->hand);
@@ -58,12 +61,18 @@ Result<std::vector<Row>> judge_all(const proto::Champion& champion, const Option
   how.lift = options.lift;
   how.threads = options.threads;
   std::vector<std::string> objects = options.objects;
+  assets::Bundles trained = trained_bundles(options.champion, champion);
+  // Another scale or mass asks for the files again.
+  if (!objects.empty() || options.scale > 0 || options.mass > 0) trained.objects.clear();
   if (objects.empty())
     objects.assign(champion.experiment().scene().object().begin(),
                    champion.experiment().scene().object().end());
   std::vector<Row> rows;
-  for (const std::string& object : objects) {
-    const auto simulator = alone(champion, object, options);
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const std::string& object = objects[i];
+    assets::Bundles at_hand{{}, trained.hand};
+    if (!trained.objects.empty()) at_hand.objects.push_back(trained.objects.at(i));
+    const auto simulator = alone(champion, object, at_hand, options);
     if (!simulator) return tl::unexpected(simulator.error());
     const auto judgement = judge(*network, **simulator, 0, how);
     if (!judgement) return fail(judgement.error().code, object + ": " + judgement.error().message);
@@ -157,10 +166,9 @@ void add_test(CLI::App& app, Outcome& outcome) {
   auto* box = sub->add_flag("--box", options->box, "through the bounding-box window [as it was trained]");
   sub->add_flag("--no-box", options->no_box, "on the whole image, absolute positions")->excludes(box);
   sub->add_option("--seed", options->seed, "seed of the placements")->type_name("S")->capture_default_str();
-  sub->add_option("--scale", options->scale, "file units to metres, for mesh files")
+  sub->add_option("--scale", options->scale, "file units to metres, for mesh files [1]")
       ->type_name("X")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+      ->check(CLI::PositiveNumber);
   sub->add_option("--mass", options->mass, "mass of mesh files in kg [by density]")
       ->type_name("KG")
       ->check(CLI::PositiveNumber);

@@ -2,6 +2,8 @@
 
 #include <chrono>
 
+#include "assets/experiment.h"
+
 namespace evograsp::server {
 
 const char* to_string(Severity severity) {
@@ -57,6 +59,7 @@ Result<proto::Champion> make_champion(const proto::Config& config, const std::st
   *experiment.mutable_grasp() = config.grasp();
   *experiment.mutable_fitness() = config.fitness();
   *experiment.mutable_trials() = config.trials();
+  assets::make_names_stable(experiment.mutable_scene(), experiment.mutable_grasp());
   champion.set_fingerprint(fingerprint);
   champion.set_run_seed(config.run().seed());
   champion.set_generation(best.generation);

@@ -1,7 +1,11 @@
 // A config's experiment: defaults written out, ids and fingerprint that follow the content.
-#include <gtest/gtest.h>
+#include "assets/experiment.h"
 
-#include "assets/assets.h"
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+
 #include "common/pose.h"
 
 namespace evograsp::assets {
@@ -63,6 +67,47 @@ TEST(Experiment, FingerprintFollowsWhatATrialDependsOnAndNothingElse) {
   other = cube_config();
   other.mutable_scene()->set_object(0, "cube_5cm");
   EXPECT_NE(fingerprint(other), plain);
+}
+
+TEST(Experiment, IsTheSameFromWhereverItsFilesAreNamed) {
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::temp_directory_path() / ("evograsp_names_" + std::to_string(::getpid()));
+  fs::create_directories(folder / "mine");
+  std::ofstream(folder / "mine" / "box.txtpb") << "cuboid { x: 0.05 y: 0.04 z: 0.08 }\n";
+  fs::copy_file(folder / "mine" / "box.txtpb", folder / "box.txtpb", fs::copy_options::overwrite_existing);
+  const auto resolved = [](const std::string& object, const fs::path& base) {
+    proto::Config config;
+    config.mutable_scene()->add_object(object);
+    auto made = resolve_experiment(config, base);
+    EXPECT_TRUE(made) << made.error().message;
+    return made ? made->experiment : proto::Experiment();
+  };
+  const proto::Experiment absolute = resolved((folder / "mine" / "box.txtpb").string(), {});
+  EXPECT_EQ(absolute.scene().object(0), "box.txtpb");
+  for (const proto::Experiment& other :
+       {resolved("mine/box.txtpb", folder), resolved("box.txtpb", folder / "mine"),
+        resolved("../mine/box.txtpb", folder / "mine"), resolved("box.txtpb", folder)}) {
+    EXPECT_EQ(other.fingerprint(), absolute.fingerprint());
+    EXPECT_EQ(other.SerializeAsString(), absolute.SerializeAsString());
+  }
+  std::ofstream(folder / "box.txtpb") << "cuboid { x: 0.05 y: 0.04 z: 0.09 }\n";
+  EXPECT_NE(resolved("box.txtpb", folder).fingerprint(), absolute.fingerprint()) << "content decides";
+  fs::remove_all(folder);
+}
+
+TEST(Experiment, TakesBundlesThatAreAtHand) {
+  const auto cube = load_object("cube", {});
+  const auto hand = load_hand("parallel_jaw", {});
+  ASSERT_TRUE(cube && hand);
+  proto::Config config;
+  config.mutable_scene()->add_object("/gone/cube.ply");
+  config.mutable_grasp()->set_hand("/gone/jaw.txtpb");
+  const auto resolved = resolve_experiment(config, {}, Bundles{{cube->bundle}, hand->bundle});
+  ASSERT_TRUE(resolved) << resolved.error().message;
+  EXPECT_EQ(resolved->experiment.object_id(0), cube->id);
+  EXPECT_EQ(resolved->experiment.hand_id(), hand->id);
+  config.mutable_scene()->add_object("mug");
+  EXPECT_FALSE(resolve_experiment(config, {}, Bundles{{cube->bundle}, hand->bundle}));
 }
 
 TEST(Experiment, SaysWhichNameIsWrong) {

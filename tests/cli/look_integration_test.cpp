@@ -51,12 +51,13 @@ class Look : public ::testing::Test {
   }
 
   // A champion whose network answers the same pose to everything: the given outputs.
-  void write_champion(const std::string& name, const std::vector<float>& outputs) const {
+  void write_champion(const std::string& name, const std::vector<float>& outputs,
+                      const proto::TrialsConfig& trials = {}) const {
     proto::Champion champion;
     champion.mutable_experiment()->mutable_scene()->add_object("cube");
     champion.mutable_experiment()->mutable_camera();
     champion.mutable_experiment()->mutable_grasp();
-    champion.mutable_experiment()->mutable_trials();
+    *champion.mutable_experiment()->mutable_trials() = trials;
     champion.mutable_experiment()->mutable_fitness();
     proto::Network& network = *champion.mutable_network();
     network.set_inputs(304), network.set_outputs(7);
@@ -205,6 +206,25 @@ TEST(ParsePose, TurnsTheHomeOrientation) {
       (parse_quaternion_pose("0 0 0 0 0 0 2", "--camera-pose")->rotation * Vec3(1, 0, 0) + Vec3(1, 0, 0))
           .norm(),
       1e-12);
+}
+
+TEST_F(Look, TestSeesWhatTheChampionWasTrainedToSee) {
+  proto::TrialsConfig whole_image;
+  whole_image.set_bounding_box(false);
+  write_champion("window.pb", {0, 0, 0, 0, 0, 0, 0});
+  write_champion("image.pb", {0, 0, 0, 0, 0, 0, 0}, whole_image);
+  const auto box = [&](const std::string& champion, const std::string& flag) {
+    const Ran ran = run("test " + path(champion) + " --placements 2 --no-lift --threads 1 --json " + flag);
+    EXPECT_EQ(ran.code, 0) << ran.out;
+    const json answer = json::parse(ran.out, nullptr, false);
+    return answer.is_object() && answer.value("bounding_box", json()).is_boolean()
+               ? answer["bounding_box"].get<bool>() ? "window" : "image"
+               : "no answer";
+  };
+  EXPECT_STREQ(box("window.pb", ""), "window");
+  EXPECT_STREQ(box("image.pb", ""), "image");
+  EXPECT_STREQ(box("window.pb", "--no-box"), "image");
+  EXPECT_STREQ(box("image.pb", "--box"), "window");
 }
 
 }  // namespace

@@ -41,6 +41,22 @@ grep -q '"n": 30' out || fail "test did not count its placements"
 expect 0 "$evograsp" test whole --objects cylinder,cube --placements 10 --no-box
 grep -q '^cube ' out || fail "test left an object out"
 
+# The same object file in two folders: one experiment, one champion, which its run folder keeps usable.
+mkdir here there
+echo 'cuboid { x: 0.05 y: 0.04 z: 0.08 }' | tee here/box.txtpb >there/box.txtpb
+tiny=(--slots 2 --quiet --set neat.population=20 --set run.generations=2 --set champion.candidates=2 --set champion.validation_trials=5)
+expect 0 "$evograsp" train quick --out first "${tiny[@]}" --set scene.object=here/box.txtpb
+expect 0 "$evograsp" train quick --out second "${tiny[@]}" --set "scene.object=$PWD/there/box.txtpb"
+cmp first/champion.pb second/champion.pb || fail "the folder of an object file changed the champion"
+rm -r here there
+expect 0 "$evograsp" test first --placements 5 --no-lift
+grep -q '^box.txtpb ' out || fail "test does not name the object"
+expect 0 "$evograsp" sim --champion first --json
+cp first/champion.pb alone.pb
+expect 4 "$evograsp" test alone.pb --placements 5 --no-lift
+grep -q -e '--objects' err || fail "no word how to name the object: $(cat err)"
+expect 0 "$evograsp" test alone.pb --placements 5 --no-lift --objects cube
+
 expect 2 "$evograsp" train
 expect 2 "$evograsp" train quick --resume whole
 expect 3 "$evograsp" train quick --out x --set neat.populaton=3
