@@ -76,7 +76,6 @@ void draw_curve(cairo_t* c, const Axes& axes, const FitnessPlot& plot, double Fi
   use(c, colour);
   cairo_set_line_width(c, 2.2);
   cairo_set_line_join(c, CAIRO_LINE_JOIN_ROUND);
-  cairo_new_path(c);  // words leave a current point behind
   for (const FitnessPoint& point : plot.points)
     cairo_line_to(c, axes.x(point.generation), axes.y(point.*value));
   if (plot.points.size() == 1) {

@@ -87,8 +87,10 @@ TEST(Solid, RefusesShapesThatAreNone) {
   EXPECT_FALSE(Solid::create(part));
   part.mutable_ball()->set_radius(std::nan(""));
   EXPECT_FALSE(Solid::create(part));
-  for (int i = 0; i < 12; ++i) part.mutable_hull()->add_xyz(i % 3 == 2 ? 0.0 : i * 0.01);
-  EXPECT_FALSE(Solid::create(part)) << "a flat hull";
+  for (int i = 0; i < 12; ++i) part.mutable_hull()->add_xyz(i == 7 ? std::nan("") : i * i * 0.01);
+  EXPECT_FALSE(Solid::create(part)) << "a hull with a vertex nowhere";
+  part.mutable_hull()->clear_xyz();
+  EXPECT_FALSE(Solid::create(part)) << "a hull of no vertex";
 }
 
 TEST(TriangleMesh, EqualsAScanOfEveryTriangleBitForBit) {
