@@ -89,13 +89,21 @@ TEST(Distance, EqualsBulletAndCarriesItsProofOn100000RandomPairs) {
     const Shape a = random_shape(random, i % 5), b = random_shape(random, i / 5 % 5);
     const Pose xa = random_pose(random, 0.01);
     Pose xb = random_pose(random, 0.01);
-    xb.position += random.uniform(0.2, 1.5) * (a.radius + b.radius) * random_pose(random, 0).rotation.col(0);
+    // One statement a draw: compilers order the operands of a product as they like.
+    const double share = random.uniform(0.2, 1.5);
+    const Vec3 way = random_pose(random, 0).rotation.col(0);
+    xb.position += share * (a.radius + b.radius) * way;
     const Separation s = distance(a, xa, b, xb);
     const auto ba = to_bullet(a), bb = to_bullet(b);
     const double reference = bullet_distance(*ba, xa, *bb, xb);
     if (s.overlap) {
-      // Cores meet: Bullet must see the shapes at least as deep as the swept layers.
-      EXPECT_LT(reference, -(a.sweep + b.sweep) + 1e-4) << "pair " << i;
+      // Cores meet: Bullet must see the shapes at least as deep as the swept layers. Its growing polytope
+      // stops early inside some cylinders, at less depth: there its second solver must find the cores met.
+      if (!(reference < -(a.sweep + b.sweep) + 1e-4)) {
+        ++doubted;
+        EXPECT_TRUE(a.core == Core::kDisc || b.core == Core::kDisc) << "pair " << i;
+        EXPECT_EQ(bullet_core_distance(*ba, xa, *bb, xb), BT_LARGE_FLOAT) << "pair " << i;
+      }
       continue;
     }
     (s.distance > 0 ? apart : shallow) += 1;
