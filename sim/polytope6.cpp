@@ -11,6 +11,45 @@ namespace {
 using six::dot, six::invert, six::magnitude, six::square_root, six::Tolerance;
 
 constexpr int kMaxFacets = 1 << 18;  // far beyond any real grasp; bounds memory on hostile sets
+constexpr int kDead = 1 << 10;       // distance of a facet that is no more: beyond any point
+constexpr std::uint64_t kOneMore = std::uint64_t{1} << 32;  // a table entry counts in its upper half
+
+constexpr int pack(int facet, int slot) {
+  return 8 * facet + slot;
+}
+
+// Index of the first value that comes before all others, of n >= 1, by blocks with four runners each.
+template <class Real, class Before>
+int first_of(const Real* value, int n, Before before) {
+  constexpr int kBlock = 64;
+  const auto pick = [&](Real a, Real b) { return before(b, a) ? b : a; };
+  Real best = value[0];
+  int block = 0;
+  for (int begin = 0; begin < n; begin += kBlock) {
+    const int end = std::min(n, begin + kBlock);
+    Real runner[4] = {value[begin], value[begin], value[begin], value[begin]};
+    int i = begin;
+    for (; i + 4 <= end; i += 4) {
+      for (int k = 0; k < 4; ++k) runner[k] = pick(runner[k], value[i + k]);
+    }
+    for (; i < end; ++i) runner[0] = pick(runner[0], value[i]);
+    const Real first = pick(pick(runner[0], runner[1]), pick(runner[2], runner[3]));
+    block = before(first, best) ? begin : block;
+    best = pick(best, first);
+  }
+  while (block + 1 < n && before(best, value[block])) ++block;
+  return block;
+}
+
+template <class Real>
+int first_least(const Real* value, int n) {
+  return first_of(value, n, [](Real a, Real b) { return a < b; });
+}
+
+template <class Real>
+int first_most(const Real* value, int n) {
+  return first_of(value, n, [](Real a, Real b) { return a > b; });
+}
 
 }  // namespace
 
@@ -25,30 +64,30 @@ void Polytope6<Real>::load(std::span<const Point> points) {
   }
   for (std::size_t i = names_.size(); i < points.size(); ++i) names_.push_back(mix64(i + 1));
   used_ = 0;
-  heap_.clear();
   epoch_ = 0;
 }
 
 template <class Real>
-typename Polytope6<Real>::Extent Polytope6<Real>::extent(const Point& direction) {
+void Polytope6<Real>::reserve(int facets) {
+  if (facets <= static_cast<int>(facets_.size())) return;
+  const std::size_t room = std::max<std::size_t>(2048, 2 * static_cast<std::size_t>(facets));
+  facets_.resize(room);
+  distance_.resize(room);
+  visible_.resize(room + 1);
+  heir_.resize(8 * room);
+  horizon_.resize(6 * room + 1);
+}
+
+template <class Real>
+void Polytope6<Real>::project(const Point& direction) {
   const Real* c = columns_.data();
+  Real* const out = products_.data();
   const int n = count_;
   for (int i = 0; i < n; ++i) {
-    products_[i] = ((c[i] * direction[0] + c[n + i] * direction[1]) +
-                    (c[2 * n + i] * direction[2] + c[3 * n + i] * direction[3])) +
-                   (c[4 * n + i] * direction[4] + c[5 * n + i] * direction[5]);
+    out[i] = ((c[i] * direction[0] + c[n + i] * direction[1]) +
+              (c[2 * n + i] * direction[2] + c[3 * n + i] * direction[3])) +
+             (c[4 * n + i] * direction[4] + c[5 * n + i] * direction[5]);
   }
-  Extent e{0, 0, products_[0], products_[0]};
-  for (int i = 1; i < n; ++i) {
-    if (products_[i] > e.most) {
-      e.most = products_[i];
-      e.high = i;
-    } else if (products_[i] < e.least) {
-      e.least = products_[i];
-      e.low = i;
-    }
-  }
-  return e;
 }
 
 // Seven corners, each as far as the set goes perpendicular to the ones before, toward the origin where that
@@ -73,11 +112,13 @@ bool Polytope6<Real>::pick_simplex(std::array<int, 7>& corner) {
       length = square_root(dot(u, u));
     }
     for (int x = 0; x < 6; ++x) u[x] /= length;
-    const Extent e = extent(u);
-    if (!(e.most > thin) || !(e.least < -thin)) return false;
-    radius_ = std::min(radius_, std::min(e.most, -e.least));
+    project(u);
+    const int low = first_least(products_.data(), count_), high = first_most(products_.data(), count_);
+    const Real least = products_[low], most = products_[high];
+    if (!(most > thin) || !(least < -thin)) return false;
+    radius_ = std::min(radius_, std::min(most, -least));
     const Real from = s == 0 ? Real(0) : dot(u, base);
-    corner[s] = e.most - from >= from - e.least ? e.high : e.low;
+    corner[s] = most - from >= from - least ? high : low;
     if (s == 0) {
       base = points_[corner[0]];
       continue;
@@ -118,56 +159,29 @@ bool Polytope6<Real>::build_simplex(const std::array<int, 7>& corner) {
   for (int i = 0; i < count_; ++i) {
     for (int x = 0; x < 6; ++x) columns_[x * count_ + i] = points_[i][x] -= centre_[x];
   }
+  reserve(7);
+  used_ = 7;
   for (int o = 0; o < 7; ++o) {
-    const int id = new_facet();
-    Facet& facet = facets_[id];
+    Facet& facet = facets_[o];
+    facet.name = 0;
     for (int i = 0, k = 0; i < 7; ++i) {
       if (i == o) continue;
       facet.vertex[k] = corner[i];
-      facet.neighbour[k++] = i;
+      facet.name ^= names_[corner[i]];
+      facet.neighbour[k++] = pack(i, o < i ? o : o - 1);
     }
     for (int x = 0; x < 6; ++x) facet.normal[x] = -7 * gradient[o][x];
-    measure(facet);
-    push(id);
+    facet.mark = 0;
+    facet.alive = true;
+    distance_[o] = measure(facet);
   }
   return true;
 }
 
 template <class Real>
-void Polytope6<Real>::measure(Facet& facet) {
+Real Polytope6<Real>::measure(Facet& facet) const {
   facet.norm = square_root(dot(facet.normal, facet.normal));
-  facet.distance = (1 + dot(facet.normal, centre_)) / facet.norm;
-}
-
-template <class Real>
-int Polytope6<Real>::new_facet() {
-  if (used_ == static_cast<int>(facets_.size()))
-    facets_.resize(std::max<std::size_t>(1024, 2 * facets_.size()));
-  Facet& facet = facets_[used_];
-  facet.neighbour.fill(-1);
-  facet.mark = 0;
-  facet.alive = true;
-  return used_++;
-}
-
-template <class Real>
-void Polytope6<Real>::push(int facet) {
-  const Real distance = facets_[facet].distance;
-  if (distance > radius_ + Tolerance<Real>::kGap) return;  // the answer is nearer: it will never be looked at
-  heap_.push_back({distance, facet});
-  std::push_heap(heap_.begin(), heap_.end(), [](const Entry& a, const Entry& b) {
-    return a.distance > b.distance || (a.distance == b.distance && a.facet > b.facet);
-  });
-}
-
-template <class Real>
-int Polytope6<Real>::pop() {
-  std::pop_heap(heap_.begin(), heap_.end(), [](const Entry& a, const Entry& b) {
-    return a.distance > b.distance || (a.distance == b.distance && a.facet > b.facet);
-  });
-  const int facet = heap_.back().facet;
-  heap_.pop_back();
-  return facet;
+  return (1 + dot(facet.normal, centre_)) / facet.norm;
 }
 
 template <class Real>
@@ -179,140 +193,154 @@ typename Polytope6<Real>::Outcome Polytope6<Real>::expand(std::span<const Point>
   if (!pick_simplex(corner)) return Outcome::kOutside;
   if (!build_simplex(corner)) return Outcome::kGaveUp;
   const Real gap = Tolerance<Real>::kGap;
-  while (!heap_.empty()) {
-    const int id = pop();
+  for (;;) {
+    const int id = first_least(distance_.data(), used_);
+    // Nearer than this the hull has a facet, and farther ours are all: rounding has opened the surface.
+    if (!(distance_[id] <= radius_ + gap)) return Outcome::kGaveUp;
     const Facet& facet = facets_[id];
-    if (!facet.alive) continue;
-    const Extent e = extent(facet.normal);
-    const Real reach = (e.most + dot(facet.normal, centre_)) / facet.norm;
+    project(facet.normal);
+    const int high = first_most(products_.data(), count_);
+    const Real reach = (products_[high] + dot(facet.normal, centre_)) / facet.norm;
     if (!(reach > gap)) return Outcome::kOutside;
     if (reach <= radius_ + gap) {
       radius_ = std::min(radius_, reach);
       for (int x = 0; x < 6; ++x) direction_[x] = facet.normal[x] / facet.norm;
     }
-    if (radius_ - facet.distance <= gap) return Outcome::kInside;
-    const Outcome added = add_point(id, e.high);
+    if (radius_ - distance_[id] <= gap) return Outcome::kInside;
+    const Outcome added = add_point(id, high);
     if (added != Outcome::kInside) return added;
   }
-  return Outcome::kGaveUp;
 }
 
-// The facets that the point sees, reached from one of them, and the ridges where they end.
+// The facets that the point sees, reached from one of them, and the ridges where they end. A facet with
+// several seen neighbours is looked at as often: that costs less than to ask whether it was.
 template <class Real>
 void Polytope6<Real>::mark_visible(int seed, const Point& point) {
-  const int seen = 2 * ++epoch_, hidden = seen + 1;
+  const int seen = ++epoch_;
   const Real least = Tolerance<Real>::kSeen;
-  visible_.assign(1, seed);
-  horizon_.clear();
-  facets_[seed].mark = seen;
-  facets_[seed].height = dot(facets_[seed].normal, point) - 1;
-  for (std::size_t at = 0; at < visible_.size(); ++at) {
-    const int id = visible_[at];
-    for (int k = 0; k < 6; ++k) {
-      const int next = facets_[id].neighbour[k];
-      Facet& facet = facets_[next];
-      if (facet.mark == seen) continue;
-      if (facet.mark != hidden) {
-        facet.height = dot(facet.normal, point) - 1;
-        if (facet.height > least * facet.norm) {
-          facet.mark = seen;
-          visible_.push_back(next);
-          continue;
-        }
-        facet.mark = hidden;
-      }
-      horizon_.push_back({id, k});
-    }
-  }
-}
-
-// The facet spanned by the point and the ridge opposite vertex `slot` of a visible facet.
-template <class Real>
-bool Polytope6<Real>::make_heir(int visible, int slot, int point) {
-  const int id = new_facet();
-  Facet& heir = facets_[id];
-  const Facet& seen = facets_[visible];
-  Facet& hidden = facets_[seen.neighbour[slot]];
-  // A point within rounding of the hidden facet's plane lies on it.
-  const Real below = hidden.height < 0 ? -hidden.height : Real(0);
-  const Real share = seen.height / (seen.height + below), rest = below / (seen.height + below);
-  for (int x = 0; x < 6; ++x) heir.normal[x] = share * hidden.normal[x] + rest * seen.normal[x];
-  heir.vertex = seen.vertex;
-  heir.vertex[slot] = point;
-  heir.neighbour[slot] = seen.neighbour[slot];
-  const auto back = std::find(hidden.neighbour.begin(), hidden.neighbour.end(), visible);
-  if (back == hidden.neighbour.end()) return false;
-  *back = id;
-  measure(heir);
-  return heir.distance == heir.distance;
-}
-
-// Heirs of one facet, which stand together, meet each other where each replaces a different vertex.
-template <class Real>
-void Polytope6<Real>::join_siblings(int first) {
-  const int count = static_cast<int>(horizon_.size());
-  for (int begin = 0, end = 0; begin < count; begin = end) {
-    while (end < count && horizon_[end].facet == horizon_[begin].facet) ++end;
-    for (int a = begin; a < end; ++a) {
-      auto& neighbour = facets_[first + a].neighbour;
-      for (int b = begin; b < end; ++b) {
-        if (a != b) neighbour[horizon_[b].slot] = first + b;
-      }
-    }
-  }
-}
-
-// Two heirs meet along each ridge that holds the new point: a hash table brings them together. False when a
-// ridge has one owner or more than two: then rounding has made the horizon cross itself.
-template <class Real>
-bool Polytope6<Real>::join_heirs(int first) {
-  const int end = used_;
-  std::size_t size = 256;
-  while (size < 8 * static_cast<std::size_t>(end - first)) size *= 2;
-  if (seams_.size() < size) seams_.assign(size, Seam{0, round_, 0, 0});
-  Seam* const table = seams_.data();
-  const std::size_t mask = size - 1;
-  const std::uint64_t* const names = names_.data();
   Facet* const facets = facets_.data();
-  const int round = ++round_;
-  int open = 0;
-  for (int id = first; id < end; ++id) {
-    Facet& heir = facets[id];
-    std::uint64_t all = 0;
-    for (int v : heir.vertex) all ^= names[v];
-    for (int j = 0; j < 6; ++j) {
-      if (heir.neighbour[j] >= 0) continue;
-      const std::uint64_t name = all ^ names[heir.vertex[j]];
-      std::size_t at = name & mask;
-      while (table[at].stamp == round && table[at].name != name) at = (at + 1) & mask;
-      Seam& seam = table[at];
-      if (seam.stamp != round) {
-        seam = {name, round, id, j};
-        ++open;
-        continue;
-      }
-      if (seam.facet < 0) return false;
-      heir.neighbour[j] = seam.facet;
-      facets[seam.facet].neighbour[seam.slot] = id;
-      seam.facet = -1;
-      --open;
+  facets[seed].mark = seen;
+  facets[seed].height = dot(facets[seed].normal, point) - 1;
+  visible_[0] = seed;
+  int count = 1, ridges = 0;
+  for (int at = 0; at < count; ++at) {
+    const Facet& from = facets[visible_[at]];
+    for (int k = 0; k < 6; ++k) {
+      const int next = from.neighbour[k] >> 3;
+      Facet& facet = facets[next];
+      facet.height = dot(facet.normal, point) - 1;
+      const bool known = facet.mark == seen;
+      const bool sees = known | (facet.height > least * facet.norm);
+      facet.mark = sees ? seen : facet.mark;
+      visible_[count] = next;
+      count += sees & !known;
+      heir_[pack(at, k)] = sees ? -1 : ridges;
+      horizon_[ridges] = pack(at, k);
+      ridges += !sees;
     }
   }
-  return open == 0;
+  ridges_ = ridges;
+  for (int at = 0; at < count; ++at) {
+    facets[visible_[at]].alive = false;
+    distance_[visible_[at]] = kDead;
+  }
+}
+
+// Links the new facet `id` over a ridge of the horizon: to the hidden facet beyond the ridge and, across
+// ridges that hold the new point, to heirs of the same seen facet; its other ridges become seams.
+template <class Real>
+void Polytope6<Real>::link_heir(int ridge, int id) {
+  const int at = ridge >> 3, slot = ridge & 7, first = id - heir_[ridge];
+  Facet& heir = facets_[id];
+  const int beyond = facets_[visible_[at]].neighbour[slot];
+  int open = open_;
+  for (int k = 0; k < 6; ++k) {
+    const int sibling = heir_[pack(at, k)];
+    heir.neighbour[k] = pack(first + sibling, slot);
+    seams_[open] = {heir.name ^ names_[heir.vertex[k]], pack(id, k)};
+    open += sibling < 0;
+  }
+  open_ = open;
+  heir.neighbour[slot] = beyond;
+  facets_[beyond >> 3].neighbour[beyond & 7] = pack(id, slot);
+}
+
+// The facets spanned by the point and each ridge of the horizon. False when one has no plane.
+template <class Real>
+bool Polytope6<Real>::make_heirs(int point) {
+  const int first = used_;
+  if (seams_.size() < 6 * static_cast<std::size_t>(ridges_)) {
+    seams_.resize(12 * static_cast<std::size_t>(ridges_));
+    unpaired_.resize(12 * static_cast<std::size_t>(ridges_));
+  }
+  open_ = 0;
+  bool sound = true;
+  for (int i = 0; i < ridges_; ++i) {
+    const int slot = horizon_[i] & 7;
+    Facet& heir = facets_[first + i];
+    const Facet& seen = facets_[visible_[horizon_[i] >> 3]];
+    const Facet& hidden = facets_[seen.neighbour[slot] >> 3];
+    // A point within rounding of the hidden facet's plane lies on it.
+    const Real below = hidden.height < 0 ? -hidden.height : Real(0);
+    const Real share = seen.height / (seen.height + below), rest = below / (seen.height + below);
+    for (int x = 0; x < 6; ++x) heir.normal[x] = share * hidden.normal[x] + rest * seen.normal[x];
+    heir.name = seen.name ^ names_[seen.vertex[slot]] ^ names_[point];
+    heir.vertex = seen.vertex;
+    heir.vertex[slot] = point;
+    heir.mark = 0;
+    heir.alive = true;
+    const Real distance = distance_[first + i] = measure(heir);
+    sound &= distance == distance;
+    link_heir(horizon_[i], first + i);
+  }
+  used_ = first + ridges_;
+  return sound;
+}
+
+// One pass: seams meet their partners in a table by some bits of their names. An entry that counts two holds
+// the sum of their indices. Those that met nobody, or a crowd, are left: their number is returned.
+template <class Real>
+int Polytope6<Real>::pair_seams(int count, int shift) {
+  std::size_t size = 256;
+  while (size < 8 * static_cast<std::size_t>(count)) size *= 2;
+  if (table_.size() < size) table_.resize(size);
+  std::uint64_t* const table = table_.data();
+  const Seam* const seams = seams_.data();
+  Facet* const facets = facets_.data();
+  const std::uint64_t mask = size - 1;
+  for (int i = 0; i < count; ++i) table[(seams[i].name >> shift) & mask] += kOneMore + i;
+  int left = 0;
+  for (int i = 0; i < count; ++i) {
+    const Seam seam = seams[i];
+    const std::uint64_t other = table[(seam.name >> shift) & mask] - 2 * kOneMore - i;
+    const Seam partner = seams[other < static_cast<std::uint64_t>(count) ? other : i];
+    const bool met = partner.name == seam.name && partner.owner != seam.owner;
+    facets[seam.owner >> 3].neighbour[seam.owner & 7] = partner.owner;
+    unpaired_[left] = seam;
+    left += !met;
+  }
+  for (int i = 0; i < count; ++i) table[(seams[i].name >> shift) & mask] = 0;
+  return left;
+}
+
+// Two heirs meet along each ridge that holds the new point. False when a ridge has one owner or more than
+// two: then rounding has made the horizon cross itself.
+template <class Real>
+bool Polytope6<Real>::join_seams() {
+  int count = open_;
+  for (int shift = 0; count > 0 && shift <= 40; shift += 8) {
+    count = pair_seams(count, shift);
+    std::swap(seams_, unpaired_);
+  }
+  return count == 0;
 }
 
 template <class Real>
 typename Polytope6<Real>::Outcome Polytope6<Real>::add_point(int seed, int point) {
   mark_visible(seed, points_[point]);
-  const int first = used_;
-  if (first + static_cast<int>(horizon_.size()) > kMaxFacets) return Outcome::kTooLarge;
-  for (const Ridge& ridge : horizon_) {
-    if (!make_heir(ridge.facet, ridge.slot, point)) return Outcome::kGaveUp;
-  }
-  join_siblings(first);
-  if (!join_heirs(first)) return Outcome::kGaveUp;
-  for (int id : visible_) facets_[id].alive = false;
-  for (int id = first; id < used_; ++id) push(id);
+  if (used_ + ridges_ > kMaxFacets) return Outcome::kTooLarge;
+  reserve(used_ + ridges_);
+  if (!make_heirs(point) || !join_seams()) return Outcome::kGaveUp;
   return Outcome::kInside;
 }
 

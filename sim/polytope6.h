@@ -10,6 +10,10 @@
 // hidden one B has its normal between theirs, where the new point lies on its plane: a convex combination
 // with the point's heights over A and B as weights. No system is ever solved after the first simplex, and
 // rounding errors never grow.
+//
+// What a grasp's polytope looks like cannot be predicted, so neither can a branch that depends on it: a
+// processor that guesses wrong waits as long as fifty additions take. Hence the loops below compute both
+// sides, write always, and count up by whether the write was meant.
 #pragma once
 
 #include <array>
@@ -36,16 +40,23 @@ class Polytope6 {
     kGaveUp,    // rounding broke the surface: another arithmetic or other points must answer
   };
 
+  // Where two facets meet, seen from one of them: the other, and the vertex of the other that is not shared.
+  struct Link {
+    int facet = -1, slot = 0;
+  };
+
   // Two cache lines for double.
   struct alignas(64) Facet {
     Point normal;                  // normal . (x - centre) = 1 on the plane
     Real norm;                     // of normal: 1 / distance of the plane from the centre
-    Real distance;                 // of the plane from the origin; negative: the origin is outside
-    Real height;                   // normal . (x - centre) - 1 of the point being added, once marked
-    std::array<int, 6> neighbour;  // facet across the ridge opposite each vertex
+    Real height;                   // normal . (x - centre) - 1 of the point being added, once looked at
+    std::uint64_t name;            // of its vertices: the names of the points, exclusive-ored
+    std::array<int, 6> neighbour;  // across the ridge opposite each vertex, packed: see across()
     std::array<int, 6> vertex;     // points
     int mark;
     bool alive;
+
+    Link across(int slot) const { return {neighbour[slot] >> 3, neighbour[slot] & 7}; }
   };
 
   // Points of length at most about 1. Absolute error of the radius: about 1e-12 (double).
@@ -57,53 +68,42 @@ class Polytope6 {
   int size() const { return used_; }                            // facets in use, dead or alive
 
  private:
-  struct Entry {
-    Real distance;
-    int facet;
-  };
-  struct Ridge {
-    int facet, slot;
-  };
-  // A ridge between two heirs, named by its vertices; facet -1 once both have met. Of this round if stamped
-  // so.
+  // A ridge of an heir that holds the new point, named by its other vertices, and its owner, packed.
   struct Seam {
     std::uint64_t name;
-    int stamp;
-    int facet, slot;
-  };
-  struct Extent {
-    int low, high;     // points farthest against and along a direction
-    Real least, most;  // their products with it
+    int owner;
   };
 
   void load(std::span<const Point> points);
-  Extent extent(const Point& direction);
+  void project(const Point& direction);
   bool pick_simplex(std::array<int, 7>& corner);
   bool build_simplex(const std::array<int, 7>& corner);
   Outcome add_point(int facet, int point);  // kInside: done, go on
   void mark_visible(int facet, const Point& point);
-  bool make_heir(int visible, int slot, int point);
-  void join_siblings(int first);
-  bool join_heirs(int first);
-  void measure(Facet& facet);
-  void push(int facet);
-  int pop();
-  int new_facet();
+  bool make_heirs(int point);
+  void link_heir(int ridge, int id);
+  bool join_seams();
+  int pair_seams(int count, int shift);
+  Real measure(Facet& facet) const;
+  void reserve(int facets);
 
   int count_ = 0;
-  std::vector<Point> points_;  // about the centre once it is known
-  std::vector<Real> columns_;  // the same by coordinate, for extent()
-  std::vector<Real> products_;
+  std::vector<Point> points_;         // about the centre once it is known
+  std::vector<Real> columns_;         // the same by coordinate, for project()
+  std::vector<Real> products_;        // of every point and the direction last asked for
+  std::vector<std::uint64_t> names_;  // of points: random bits
   Point centre_{};
   std::vector<Facet> facets_;
+  std::vector<Real> distance_;  // of each facet's plane from the origin; a dead one's is beyond all
   int used_ = 0;
-  std::vector<Entry> heap_;
-  std::vector<int> visible_;
-  std::vector<std::uint64_t> names_;  // of points: random bits
-  std::vector<Seam> seams_;           // hash table of join_heirs()
-  int round_ = 0;
-  std::vector<Ridge> horizon_;
   int epoch_ = 0;
+  // Of one round, with room for every facet: lengths in the counts.
+  std::vector<int> visible_;  // facets that the point sees
+  std::vector<int> heir_;     // of visible facet i's slot k at 8 i + k: which of the round's heirs; -1: none
+  std::vector<int> horizon_;  // ridges where the seen facets end: 8 i + k
+  std::vector<Seam> seams_, unpaired_;
+  std::vector<std::uint64_t> table_;  // all zero between rounds
+  int ridges_ = 0, open_ = 0;
   Real radius_ = 0;
   Point direction_{};
 };

@@ -91,7 +91,8 @@ TEST(ImageBounds, HoldsTheProjectionAndIsTight) {
     const ImageBounds bounds({solid});
     for (int trial = 0; trial < 20; ++trial) {
       Pose pose;
-      pose.rotation = axis_angle(testing::random_vector(random, 1), random.uniform(-3, 3));
+      const Vec3 axis = testing::random_vector(random, 1);
+      pose.rotation = axis_angle(axis, random.uniform(-3, 3));
       pose.position = testing::random_vector(random, 0.15);
       const std::optional<ImageBox> box = bounds.project(camera, pose);
       ASSERT_TRUE(box);

@@ -110,13 +110,12 @@ class Certificate {
 
   void check_ridges(int id) {
     for (int k = 0; k < 6; ++k) {
-      const int next = facets_[id].neighbour[k];
-      ASSERT_GE(next, 0) << "a hole";
+      const auto [next, slot] = facets_[id].across(k);
+      ASSERT_TRUE(next >= 0 && next < static_cast<int>(facets_.size())) << "a hole";
       ASSERT_TRUE(facets_[next].alive) << "a dead neighbour";
-      const auto& back = facets_[next].neighbour;
-      const auto at = std::find(back.begin(), back.end(), id);
-      ASSERT_NE(at, back.end()) << "a ridge known to one side only";
-      const int opposite = facets_[next].vertex[at - back.begin()];
+      ASSERT_EQ(facets_[next].across(slot).facet, id) << "a ridge known to one side only";
+      ASSERT_EQ(facets_[next].across(slot).slot, k) << "a ridge known to one side only";
+      const int opposite = facets_[next].vertex[slot];
       ASSERT_LE(dot(planes_[id], points_[opposite]), 1 + 1e-9) << "a ridge that is not convex";
       for (int v : facets_[next].vertex) {
         const auto& own = facets_[id].vertex;
