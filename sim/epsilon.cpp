@@ -27,6 +27,7 @@ struct Epsilon::Solver {
   Polytope6<double> fast;
   std::vector<Polytope6<double>::Point> points;
   std::unique_ptr<Polytope6<Quad>> careful;
+  std::vector<Polytope6<Quad>::Point> wide;
   Wrench weakest{};
   bool gave_up = false;
 
@@ -52,7 +53,7 @@ double Epsilon::Solver::answer() {
 
 double Epsilon::Solver::careful_answer() {
   if (!careful) careful = std::make_unique<Polytope6<Quad>>();
-  std::vector<Polytope6<Quad>::Point> wide(points.size());
+  wide.resize(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     for (int x = 0; x < 6; ++x) wide[i][x] = points[i][x];
   }

@@ -1,28 +1,10 @@
 // Activation is called millions of times a run: it may not touch the heap.
 #include <gtest/gtest.h>
 
-#include <atomic>
-#include <cstdlib>
-#include <new>
 #include <vector>
 
 #include "common/network.h"
-
-namespace {
-std::atomic<std::uint64_t> allocations = 0;
-}
-
-void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* p = std::malloc(size)) return p;
-  throw std::bad_alloc();
-}
-void operator delete(void* p) noexcept {
-  std::free(p);
-}
-void operator delete(void* p, std::size_t) noexcept {
-  std::free(p);
-}
+#include "tests/count_allocations.h"
 
 namespace evograsp {
 namespace {
@@ -48,16 +30,16 @@ TEST(NetworkAllocation, NothingOnceTheScratchIsSized) {
     Network::State state;
     network.activate_batch(in, out, 20, scratch);
     network.step(std::span(in).first(304), std::span(out).first(1), state);
-    const std::uint64_t before = allocations;
+    const std::uint64_t before = testing::allocations();
     for (int k = 0; k < 100; ++k) {
       network.activate(std::span(in).first(304), std::span(out).first(1), scratch, 2);
       network.activate_batch(in, out, 20, scratch, 2);
       network.activate_columns(in, out, scratch, 2);
       network.step(std::span(in).first(304), std::span(out).first(1), state);
     }
-    EXPECT_EQ(allocations, before);
+    EXPECT_EQ(testing::allocations(), before);
   }
-  EXPECT_GT(allocations, 0u) << "the counter counts";
+  EXPECT_GT(testing::allocations(), 0u) << "the counter counts";
 }
 
 }  // namespace

@@ -1,27 +1,8 @@
 // Storage: reproduction allocates nothing per gene, and genes are small.
 #include <gtest/gtest.h>
 
-#include <atomic>
-#include <cstdlib>
-#include <new>
-
+#include "tests/count_allocations.h"
 #include "tests/neat/support.h"
-
-namespace {
-std::atomic<std::uint64_t> allocations = 0;
-}
-
-void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* p = std::malloc(size)) return p;
-  throw std::bad_alloc();
-}
-void operator delete(void* p) noexcept {
-  std::free(p);
-}
-void operator delete(void* p, std::size_t) noexcept {
-  std::free(p);
-}
 
 namespace evograsp::neat {
 namespace {
@@ -36,9 +17,9 @@ double allocations_a_child(std::uint32_t hidden) {
   std::uint64_t sum = 0;
   for (int g = 0; g < 10; ++g) {
     const std::vector<double> fitness = testing::weigh(population.ask());
-    const std::uint64_t before = allocations;
+    const std::uint64_t before = evograsp::testing::allocations();
     population.tell(fitness);
-    sum += allocations - before;
+    sum += evograsp::testing::allocations() - before;
   }
   return static_cast<double>(sum) / 1000;
 }

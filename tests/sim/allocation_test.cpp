@@ -1,38 +1,9 @@
 // A warm trial takes no memory: the hottest loop of the product must not wait for an allocator.
 #include <gtest/gtest.h>
 
-#include <atomic>
-#include <cstdlib>
-#include <new>
-
+#include "tests/count_allocations.h"
+#include "tests/sim/contact_sets.h"
 #include "tests/sim/trials.h"
-
-namespace {
-std::atomic<long> allocations{0};
-}
-
-// NOLINTBEGIN: replacing the global operators is how allocations are counted.
-void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* p = std::malloc(size)) return p;
-  throw std::bad_alloc();
-}
-void* operator new[](std::size_t size) {
-  return operator new(size);
-}
-void operator delete(void* p) noexcept {
-  std::free(p);
-}
-void operator delete[](void* p) noexcept {
-  std::free(p);
-}
-void operator delete(void* p, std::size_t) noexcept {
-  std::free(p);
-}
-void operator delete[](void* p, std::size_t) noexcept {
-  std::free(p);
-}
-// NOLINTEND
 
 namespace evograsp::sim {
 namespace {
@@ -49,11 +20,29 @@ TEST(Allocation, AWarmTrialTakesNone) {
     return sum;
   };
   const double first = run();
-  const long before = allocations;
+  const std::uint64_t before = evograsp::testing::allocations();
   const double second = run();
-  EXPECT_EQ(allocations - before, 0) << "in " << trials.size() << " trials";
+  EXPECT_EQ(evograsp::testing::allocations() - before, 0u) << "in " << trials.size() << " trials";
   EXPECT_EQ(first, second);
-  EXPECT_GT(before, 0) << "the counter counts";
+  EXPECT_GT(before, 0u) << "the counter counts";
+}
+
+TEST(Allocation, AWarmEpsilonTakesNone) {
+  std::vector<std::vector<Wrench>> sets;
+  for (int i = 0; i < 400; ++i)
+    sets.push_back(testing::draw_wrenches(testing::kKinds[i % 4], 3 + i / 4 % 18, i));
+  Epsilon epsilon;
+  const auto run = [&] {
+    double sum = 0;
+    for (const auto& set : sets) sum += epsilon(set);
+    return sum;
+  };
+  const double first = run();
+  const std::uint64_t before = evograsp::testing::allocations();
+  const double second = run();
+  EXPECT_EQ(evograsp::testing::allocations() - before, 0u) << "in " << sets.size() << " sets";
+  EXPECT_EQ(first, second);
+  EXPECT_GT(first, 10) << "closed grasps among them";
 }
 
 }  // namespace
