@@ -43,6 +43,10 @@ void DispatchLoop::begin(Work work) {
   networks_.resize(work_.networks);
   measurements_.clear();
   measurements_.resize(work_.networks);
+  told_.assign(work_.networks, 0);
+  auditor_.begin();
+  names_.clear();
+  said_disputed_ = false;
   scheduler_.begin(work_.networks, static_cast<std::uint32_t>(work_.trials.size()));
   working_ = true;
 }
@@ -51,7 +55,8 @@ void DispatchLoop::add(std::uint32_t first, std::vector<NetworkFrame> networks) 
   for (NetworkFrame& network : networks) {
     if (first >= networks_.size()) return;  // of work that has been abandoned
     networks_[first] = std::move(network);
-    scheduler_.add(first, networks_[first].bytes.size());
+    // What is audited goes first: the second opinion shall not be what a generation waits for.
+    scheduler_.add(first, networks_[first].bytes.size(), is_audited(networks_[first].id));
     ++first;
   }
   pump_all();
@@ -62,6 +67,7 @@ void DispatchLoop::abandon() {
   working_ = false;
   networks_.clear();
   measurements_.clear();
+  auditor_.begin();
   proto::Envelope envelope = make_envelope(options_.stamp);
   envelope.mutable_cancel();  // of everything
   for (const auto& [id, session] : by_id_) send(router_, session->peer, envelope);
@@ -138,6 +144,14 @@ SendResult DispatchLoop::send_task(const Session& session, const Assignment& wha
   return send(router_, session.peer, std::move(head), std::move(bodies));
 }
 
+void DispatchLoop::tell_complete(const std::vector<std::uint32_t>& networks) {
+  for (const std::uint32_t network : networks) {
+    ++totals_.evaluations;
+    told_[network] = 1;
+    sink_.evaluated(network, std::move(measurements_[network]));
+  }
+}
+
 void DispatchLoop::finish_if_done() {
   if (!working_ || !scheduler_.finished()) return;
   working_ = false;
@@ -147,13 +161,17 @@ void DispatchLoop::finish_if_done() {
 void DispatchLoop::report_poisoned() {
   for (const Poisoned& poisoned : scheduler_.take_poisoned()) {
     ++totals_.poisoned;
+    told_[poisoned.network] = 1;
     sink_.poisoned(poisoned);
   }
 }
 
 // ---- losing workers ----
 
+// A worker that was asked to go and is killed before it is through was preempted: nothing it held is to
+// blame.
 void DispatchLoop::end_session(Session& session, Departure departure, const std::string& why) {
+  if (session.view.state == "draining") departure = Departure::kLeft;
   const std::uint32_t held = scheduler_.outstanding(session.id);
   scheduler_.leave(session.id, departure);
   session.view.state = "gone";
@@ -229,6 +247,7 @@ void DispatchLoop::tick() {
   }
   expire_tasks();
   say_when_waiting();
+  skip_audits();
   pump_all();
   finish_if_done();
 }
@@ -266,6 +285,7 @@ DispatchView DispatchLoop::view() const {
     view.workers.push_back(session->view);
     view.workers.back().outstanding = scheduler_.outstanding(id);
   }
+  for (const auto& [identity, worker] : quarantined_) view.workers.push_back(worker);
   return view;
 }
 

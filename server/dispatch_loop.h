@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/log.h"
+#include "server/audit.h"
 #include "server/dispatcher.h"
 
 namespace evograsp::server {
@@ -18,6 +19,7 @@ namespace evograsp::server {
 struct Session {
   std::string peer;  // routing id
   WorkerId id = 0;
+  Party party = 0;
   PeerView view;
   int fd = -1;
   bool ready = false;  // its simulator stands
@@ -71,7 +73,18 @@ class DispatchLoop {
   void on_heartbeat(Session& session, const proto::Heartbeat& heartbeat);
   void on_goodbye(Session& session, const proto::Goodbye& goodbye);
   void cancel(const Scheduler::Accepted& accepted);
-  void accept_measurements(const Assignment& what, const proto::TaskResult& result);
+
+  // dispatch_audit.cpp: work done twice, and liars.
+  bool is_audited(std::uint64_t genome) const;
+  void book(const Session& session, const Assignment& what, const proto::TaskResult& result);
+  void open_case(const Session& session, const Piece& piece, const proto::TaskResult& result);
+  void hear(const Session& session, const Assignment& what, const proto::TaskResult& result);
+  void condemn(const Auditor::Verdict& verdict);
+  void discard_work(Party liar);
+  void send_liars_away();
+  void skip_audits();
+  bool refuse_quarantined(const std::string& identity, const std::string& peer);
+  std::string name_of(Party party) const;
 
   // dispatch_steps.cpp: stepwise clients.
   void on_client_hello(const Received& message);
@@ -94,6 +107,7 @@ class DispatchLoop {
   void pump_all();
   bool give_one(Session& session);
   void finish_if_done();
+  void tell_complete(const std::vector<std::uint32_t>& networks);
   SendResult send_task(const Session& session, const Assignment& what);
   Session* find(WorkerId id);
   double now() const;
@@ -116,6 +130,14 @@ class DispatchLoop {
   Work work_;
   std::vector<NetworkFrame> networks_;
   std::vector<std::vector<proto::Measurement>> measurements_;  // by network
+  std::vector<std::uint8_t> told_;                             // by network: evaluated or poisoned
+  Auditor auditor_;
+  std::map<Party, std::string> names_;           // of those that did something of this work
+  std::map<std::string, PeerView> quarantined_;  // by identity
+  std::map<std::string, std::string> verdicts_;  // why, by identity
+  std::vector<Party> liars_;                     // condemned, still connected
+  bool said_alone_ = false;                      // that audits need two workers
+  bool said_disputed_ = false;                   // that a dispute needs a third
   bool working_ = false;
   bool paused_ = false;
   double next_heartbeat_ = 0;

@@ -72,6 +72,7 @@ void DispatchLoop::handle_session(Session& session, const Received& message) {
       return on_heartbeat(session, envelope.heartbeat());
     case proto::Envelope::kDrain:
       session.view.state = "draining";
+      scheduler_.set_active(session.id, false);
       return sink_.worker(session.view);
     case proto::Envelope::kGoodbye:
       return on_goodbye(session, envelope.goodbye());
@@ -95,7 +96,7 @@ void DispatchLoop::on_hello(const Received& message) {
     sink_.event(true, "refused", "worker " + clean(hello.identity()) + ": " + reason);
     return refuse(peer, reason, false);
   }
-  if (!supersede(hello, peer)) return;
+  if (refuse_quarantined(clean(hello.identity()), peer) || !supersede(hello, peer)) return;
 
   auto session = std::make_unique<Session>();
   session->peer = peer;
@@ -110,7 +111,9 @@ void DispatchLoop::on_hello(const Received& message) {
   view.pid = hello.pid();
   view.slots = hello.slots();
   view.joined = view.heard = unix_time();
-  scheduler_.join(session->id, hello.slots());
+  session->party = std::hash<std::string>()(view.identity);
+  scheduler_.join(session->id, hello.slots(), session->party);
+  scheduler_.set_active(session->id, false);  // until its simulator stands
   by_id_[session->id] = session.get();
   sink_.worker(view);
   sink_.event(
@@ -201,6 +204,7 @@ void DispatchLoop::on_ready(Session& session, const proto::Ready& ready) {
     return end_session(session, Departure::kLeft, "another experiment");
   }
   session.ready = true;
+  scheduler_.set_active(session.id, session.view.state == "active");
   pump(session);
 }
 
@@ -226,7 +230,7 @@ void DispatchLoop::on_result(Session& session, const proto::TaskResult& result) 
                                                      " were asked for");
   if (!result.notice().empty()) sink_.notice(clean(result.notice()));
   const double seconds = static_cast<double>(result.wall_nanoseconds()) * 1e-9;
-  accept_measurements(*what, result);
+  book(session, *what, result);
   const Scheduler::Accepted accepted = scheduler_.result(session.id, result.id(), seconds);
   session.view.busy_seconds += seconds;
   session.view.cpu_seconds += static_cast<double>(result.cpu_nanoseconds()) * 1e-9;
@@ -235,12 +239,13 @@ void DispatchLoop::on_result(Session& session, const proto::TaskResult& result) 
   totals_.busy_seconds += seconds;
   totals_.trials += expected;
   ++totals_.tasks_done;
-  for (const std::uint32_t network : accepted.complete) {
-    ++totals_.evaluations;
-    sink_.evaluated(network, std::move(measurements_[network]));
-  }
+  tell_complete(accepted.complete);
   cancel(accepted);
-  pump(session);
+  if (liars_.empty())
+    pump(session);
+  else
+    send_liars_away();
+  skip_audits();
   finish_if_done();
 }
 
@@ -251,15 +256,6 @@ void DispatchLoop::cancel(const Scheduler::Accepted& accepted) {
     proto::Envelope envelope = make_envelope(options_.stamp);
     envelope.mutable_cancel()->add_id(accepted.assignment.task);
     send(router_, other->peer, envelope);
-  }
-}
-
-void DispatchLoop::accept_measurements(const Assignment& what, const proto::TaskResult& result) {
-  int next = 0;
-  for (const std::uint32_t network : what.networks) {
-    std::vector<proto::Measurement>& all = measurements_[network];
-    all.resize(work_.trials.size());
-    for (std::uint32_t i = 0; i < what.trials; ++i) all[what.first_trial + i] = result.measurement(next++);
   }
 }
 

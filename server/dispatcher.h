@@ -28,6 +28,7 @@ struct DispatcherOptions {
   SessionStamp stamp;
   double heartbeat_seconds = 0.5;
   double silence_seconds = 1.5;
+  double audit_share = 0;        // of the networks: done again by another worker and compared bit for bit
   proto::Experiment experiment;  // without objects: workers make no simulator and serve no-op tasks alone
   std::vector<ServedAsset> assets;
 };

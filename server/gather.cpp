@@ -103,6 +103,23 @@ void Gather::poisoned(const Poisoned& network) {
   evaluated(network.network, std::move(nonsense));
 }
 
+// Forgotten in the journal too, in the order of events: what comes next replaces it.
+void Gather::retracted(const std::vector<std::uint32_t>& networks) {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::uint64_t> genomes;
+  for (const std::uint32_t network : networks) {
+    const std::uint32_t index = pending_[network];
+    const Item& item = items_[index];
+    genomes.push_back(item.genome);
+    // A validation without trials is one that a resumed run does not take for done.
+    if (kind_ == Kind::kValidation) store_.keep_validation({item.generation, item.genome, 0, 0, 0});
+    if (judgements_[index].judged) --judged_;
+    judgements_[index] = {};
+  }
+  evaluations_ -= genomes.size();
+  if (kind_ == Kind::kGeneration) store_.forget_evaluations(generation_, std::move(genomes));
+}
+
 void Gather::finished() {
   wake();
 }

@@ -59,6 +59,7 @@ class Gather : public WorkSink {
 
   void evaluated(std::uint32_t index, std::vector<proto::Measurement> measurements) override;
   void poisoned(const Poisoned& network) override;
+  void retracted(const std::vector<std::uint32_t>& networks) override;
   void finished() override;
   void notice(const std::string& text) override;
   void event(bool warning, const std::string& kind, const std::string& text) override;

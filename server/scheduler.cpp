@@ -26,9 +26,14 @@ constexpr std::uint8_t kLossesToSuspect = 2;
 
 Scheduler::Scheduler(const SchedulerOptions& options) : options_(options), trial_seconds_(kFirstGuess) {}
 
-void Scheduler::join(WorkerId worker, std::uint32_t slots) {
+void Scheduler::join(WorkerId worker, std::uint32_t slots, Party party) {
   workers_[worker].slots = slots;
+  workers_[worker].party = party;
   total_slots_ += slots;
+}
+
+void Scheduler::set_active(WorkerId worker, bool active) {
+  workers_.at(worker).active = active;
 }
 
 void Scheduler::leave(WorkerId id, Departure departure) {
@@ -69,9 +74,12 @@ void Scheduler::begin(std::uint32_t networks, std::uint32_t trials) {
   bytes_.assign(networks, 0);
 }
 
-void Scheduler::add(std::uint32_t index, std::size_t bytes) {
+void Scheduler::add(std::uint32_t index, std::size_t bytes, bool early) {
   bytes_[index] = static_cast<std::uint32_t>(std::min<std::size_t>(bytes, UINT32_MAX));
-  queue_.push_back({index, 0, trials_});
+  if (early)
+    queue_.push_front({index, 0, trials_});
+  else
+    queue_.push_back({index, 0, trials_});
 }
 
 void Scheduler::abandon() {
@@ -83,6 +91,8 @@ void Scheduler::abandon() {
   tasks_.clear();
   queue_.clear();
   suspects_.clear();
+  audits_.clear();
+  not_by_.clear();
   poisoned_.clear();
   networks_left_ = 0;
   trials_pending_ = 0;
@@ -125,6 +135,8 @@ std::optional<Assignment> Scheduler::next(WorkerId id, double now) {
   if (!suspects_.empty() && worker.tasks.empty())
     if (auto suspect = next_suspect(id, worker, now)) return suspect;
   if (full(worker)) return std::nullopt;
+  if (!audits_.empty())
+    if (auto audit = next_audit(id, worker, now)) return audit;
   if (!queue_.empty()) {
     Task task;
     task.what = cut(worker);
@@ -143,15 +155,25 @@ std::optional<Assignment> Scheduler::next(WorkerId id, double now) {
 std::optional<Assignment> Scheduler::next_suspect(WorkerId id, Worker& worker, double now) {
   const auto unit = std::find_if(suspects_.begin(), suspects_.end(), [&](const Unit& u) {
     const std::vector<WorkerId>& struck = strikes_[u.network];
-    return workers_.size() == 1 || std::find(struck.begin(), struck.end(), id) == struck.end();
+    const bool innocent = std::find(struck.begin(), struck.end(), id) == struck.end();
+    return (innocent || struck_all(u.network)) && may(worker, u.audit);
   });
   if (unit == suspects_.end()) return std::nullopt;
   Task task;
-  task.what = {next_task_++, 0, {unit->network}, unit->first, unit->count, true};
+  task.what = {next_task_++, 0, {unit->network}, unit->first, unit->count, true, unit->audit};
   trials_pending_ -= unit->count;
   suspects_.erase(unit);
   worker.exclusive = true;
   return give(id, worker, tasks_.emplace(task.what.task, task).first->second, now);
+}
+
+// Nobody takes work who has not been struck down by the network: then anybody must do.
+bool Scheduler::struck_all(std::uint32_t network) const {
+  const std::vector<WorkerId>& struck = strikes_[network];
+  return std::none_of(workers_.begin(), workers_.end(), [&](const auto& entry) {
+    const bool works = entry.second.active && entry.second.slots > 0;
+    return works && std::find(struck.begin(), struck.end(), entry.first) == struck.end();
+  });
 }
 
 // Takes units from the front of the queue: whole ones of the same trials while they fit, or a part of a large
@@ -194,7 +216,7 @@ Scheduler::Task* Scheduler::straggler(WorkerId id, double now) {
   for (auto& [number, task] : tasks_) {
     if (task.attempts.size() >= kMaxCopies || task.what.suspect) continue;
     const Attempt& attempt = task.attempts.front();
-    if (attempt.worker == id) continue;
+    if (attempt.worker == id || !may(workers_.at(id), task.what.audit)) continue;
     const double work = trial_seconds_ * task.what.trials * static_cast<double>(task.what.networks.size());
     const double since = attempt.started >= 0 ? attempt.started : attempt.sent;
     const std::deque<double>& trips = workers_.at(attempt.worker).round_trips;
@@ -312,10 +334,14 @@ void Scheduler::requeue(const Assignment& what) {
   ++counts_.requeued;
   for (auto network = what.networks.rbegin(); network != what.networks.rend(); ++network) {
     if (left_[*network] == 0) continue;
-    const bool suspect = !strikes_[*network].empty() || losses_[*network] >= kLossesToSuspect;
-    (suspect ? suspects_ : queue_).push_front({*network, what.first_trial, what.trials});
+    std::deque<Unit>& where = is_suspect(*network) ? suspects_ : what.audit != 0 ? audits_ : queue_;
+    where.push_front({*network, what.first_trial, what.trials, what.audit});
     trials_pending_ += what.trials;
   }
+}
+
+bool Scheduler::is_suspect(std::uint32_t network) const {
+  return !strikes_[network].empty() || losses_[network] >= kLossesToSuspect;
 }
 
 void Scheduler::strike(const Assignment& what, WorkerId by) {
@@ -338,6 +364,7 @@ void Scheduler::poison(std::uint32_t network) {
   };
   drop(queue_);
   drop(suspects_);
+  drop(audits_);
 }
 
 std::vector<Poisoned> Scheduler::take_poisoned() {

@@ -16,6 +16,8 @@
 #include <unordered_map>
 #include <vector>
 
+#include "server/audit.h"
+
 namespace evograsp::server {
 
 using WorkerId = std::uint32_t;  // of a session: never reused
@@ -35,6 +37,7 @@ struct Assignment {
   std::vector<std::uint32_t> networks;  // indexes into the generation
   std::uint32_t first_trial = 0, trials = 0;
   bool suspect = false;
+  std::uint32_t audit = 0;  // the case it gives an opinion on (server/audit.h); 0: ordinary work
 };
 
 // A network that is given up: it killed or hung workers.
@@ -58,7 +61,11 @@ class Scheduler {
  public:
   explicit Scheduler(const SchedulerOptions& options);
 
-  void join(WorkerId worker, std::uint32_t slots);
+  // party: the worker's identity; two sessions of one party never audit each other.
+  void join(WorkerId worker, std::uint32_t slots, Party party);
+  void join(WorkerId worker, std::uint32_t slots) { join(worker, slots, worker); }
+  // Whether the worker takes work now (from the start: yes). Who does not is not counted on.
+  void set_active(WorkerId worker, bool active);
   // Everything the worker held goes back to the queue.
   void leave(WorkerId worker, Departure departure);
   // A heartbeat's round trip. It shares the connection with the tasks, so it grows with what is queued there;
@@ -69,7 +76,8 @@ class Scheduler {
   // Starts a generation of `networks` x `trials`; what was still outstanding of the last one is forgotten.
   void begin(std::uint32_t networks, std::uint32_t trials);
   // Network `index` can be given out; bytes: its size on the wire.
-  void add(std::uint32_t index, std::size_t bytes);
+  // early: before what is queued already.
+  void add(std::uint32_t index, std::size_t bytes, bool early = false);
   // Drops all work: results that still come are late.
   void abandon();
   bool finished() const { return networks_left_ == 0; }
@@ -102,6 +110,25 @@ class Scheduler {
   // Networks given up since the last call; they count as evaluated.
   std::vector<Poisoned> take_poisoned();
 
+  // ---- audits (scheduler_audit.cpp) ----
+
+  // Somebody is here who could give an opinion and is none of `not_by`.
+  bool can_audit(const std::vector<Party>& not_by) const;
+  // The piece is to be done once more, by none of `not_by`, as an opinion on case `audit`. Its network, which
+  // must not be complete, is complete only after that.
+  void audit(std::uint32_t audit, const Piece& piece, std::vector<Party> not_by);
+  // An opinion that nobody waits for any more is not asked for if that has not been done yet.
+  void withdraw_audit(std::uint32_t audit);
+  struct Skipped {
+    std::vector<std::uint32_t> audits;
+    std::vector<std::uint32_t> complete;  // networks that now have all they are going to get
+    bool disputed = false;                // a dispute waits for somebody who can decide it
+  };
+  // Gives up audits for which there is nobody, once nothing else is left to do. Disputes are not given up.
+  Skipped skip_audits();
+  // The piece of a network, complete or not, is to be done again from the start. False: it was given up.
+  bool redo(const Piece& piece);
+
   std::uint32_t outstanding(WorkerId worker) const;
   std::uint32_t slots(WorkerId worker) const;
   std::uint32_t total_slots() const { return total_slots_; }
@@ -112,6 +139,7 @@ class Scheduler {
  private:
   struct Unit {  // consecutive trials of one network
     std::uint32_t network, first, count;
+    std::uint32_t audit = 0;
   };
   struct Attempt {
     WorkerId worker;
@@ -127,6 +155,8 @@ class Scheduler {
   };
   struct Worker {
     std::uint32_t slots = 0;
+    Party party = 0;
+    bool active = true;
     std::vector<std::uint64_t> tasks;  // in the order sent
     std::size_t bytes = 0;             // of the networks in `tasks`
     std::deque<double> round_trips;    // s, the last few
@@ -139,6 +169,12 @@ class Scheduler {
   double cost(const Worker& worker) const;
   std::uint32_t task_trials(const Worker& worker) const;
   std::optional<Assignment> next_suspect(WorkerId id, Worker& worker, double now);
+  std::optional<Assignment> next_audit(WorkerId id, Worker& worker, double now);
+  bool struck_all(std::uint32_t network) const;
+  bool may(const Worker& worker, std::uint32_t audit) const;
+  bool is_suspect(std::uint32_t network) const;
+  bool only_audits_left() const;
+  void forget_audit(const Unit& unit, std::vector<std::uint32_t>& complete);
   Assignment cut(const Worker& worker);
   Task* straggler(WorkerId id, double now);
   Assignment give(WorkerId id, Worker& worker, Task& task, double now);
@@ -164,6 +200,8 @@ class Scheduler {
   std::vector<std::uint32_t> bytes_;            // by network
   std::deque<Unit> queue_;
   std::deque<Unit> suspects_;
+  std::deque<Unit> audits_;                             // to be given out
+  std::map<std::uint32_t, std::vector<Party>> not_by_;  // by audit
   std::unordered_map<std::uint64_t, Task> tasks_;
   std::uint64_t next_task_ = 1;
   std::vector<Poisoned> poisoned_;

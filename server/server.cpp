@@ -108,6 +108,7 @@ DispatcherOptions dispatcher_options(const ResumePoint& start, bool inproc) {
   options.stamp = {start.info.run_id, start.epoch};
   options.heartbeat_seconds = config.net().heartbeat_seconds();
   options.silence_seconds = config.net().silence_seconds();
+  options.audit_share = config.dispatch().audit_share();
   options.experiment = start.info.experiment;
   for (const StoredAsset& asset : start.assets) options.assets.push_back({asset.id, asset.packed});
   return options;

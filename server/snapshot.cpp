@@ -84,6 +84,9 @@ void Snapshots::fill_workers(RunSnapshot& s, const DispatchView& dispatch) {
   c.frames_refused = dispatch.malformed;
   c.hellos_refused = dispatch.refused;
   c.workers_lost = dispatch.lost;
+  c.audits = dispatch.audits;
+  c.audit_mismatches = dispatch.audit_mismatches;
+  c.workers_quarantined = dispatch.quarantined;
   c.genomes_poisoned = dispatch.poisoned;
   c.bytes_sent = dispatch.bytes_sent;
   c.bytes_received = dispatch.bytes_received;

@@ -43,16 +43,19 @@ struct PeerView {
 class WorkSink {
  public:
   virtual ~WorkSink() = default;
-  // All trials of network `index`, in trial order. Each network comes once, as evaluated or as poisoned.
+  // All trials of network `index`, in trial order. Each network comes once, as evaluated or as poisoned,
+  // unless it is retracted in between. An audited network comes when its audit is over.
   virtual void evaluated(std::uint32_t index, std::vector<proto::Measurement> measurements) = 0;
   virtual void poisoned(const Poisoned& network) = 0;
+  // What evaluated() said of these networks came from a liar: it will be said again.
+  virtual void retracted(const std::vector<std::uint32_t>& networks) = 0;
   virtual void finished() = 0;
   // Why a trial could not be held at all (NO_TRIAL): at most once a result.
   virtual void notice(const std::string& text) = 0;
   // Something an operator wants to know; kind is a fixed word (worker_joined, worker_lost, refused, hung,
   // ...).
   virtual void event(bool warning, const std::string& kind, const std::string& text) = 0;
-  // A worker joined or went; state: active, draining, gone.
+  // A worker joined or went; state: active, draining, quarantined, gone.
   virtual void worker(const PeerView& worker) = 0;
   // The dispatcher cannot go on.
   virtual void broken(const Error& error) = 0;
@@ -64,11 +67,12 @@ struct DispatchView {
   std::uint64_t trials = 0, evaluations = 0;
   std::uint64_t tasks_done = 0, poisoned = 0;
   std::uint64_t refused = 0, malformed = 0, lost = 0;
+  std::uint64_t audits = 0, audit_mismatches = 0, quarantined = 0;
   std::uint64_t bytes_sent = 0, bytes_received = 0;
   double trial_seconds = 0;  // mean, of a slot
   double busy_seconds = 0;   // of all slots, wall
   bool paused = false;
-  std::vector<PeerView> workers;
+  std::vector<PeerView> workers;  // those connected, then those quarantined
 };
 
 }  // namespace evograsp::server

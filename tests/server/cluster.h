@@ -141,9 +141,13 @@ inline std::string read_file(const std::filesystem::path& file) {
 // A program of the build, on its own.
 class Process {
  public:
-  Process(const std::string& program, const std::vector<std::string>& arguments, std::filesystem::path log)
+  // environment: "NAME=VALUE", beside what this process has.
+  Process(const std::string& program, const std::vector<std::string>& arguments, std::filesystem::path log,
+          const std::vector<std::string>& environment = {})
       : log_(std::move(log)) {
-    std::vector<std::string> words = {std::string(EVOGRASP_BIN_DIR) + "/" + program};
+    // A path is taken as it is.
+    std::vector<std::string> words = {
+        program.find('/') == std::string::npos ? std::string(EVOGRASP_BIN_DIR) + "/" + program : program};
     words.insert(words.end(), arguments.begin(), arguments.end());
     std::vector<char*> argv;
     for (std::string& word : words) argv.push_back(word.data());
@@ -151,6 +155,7 @@ class Process {
     pid_ = fork();
     if (pid_ != 0) return;
     prctl(PR_SET_PDEATHSIG, SIGKILL);
+    for (const std::string& variable : environment) putenv(const_cast<char*>(variable.c_str()));
     const int out = open(log_.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0644);
     dup2(out, 1);
     dup2(out, 2);

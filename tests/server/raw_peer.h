@@ -81,11 +81,19 @@ class CountingSink : public server::WorkSink {
   void evaluated(std::uint32_t index, std::vector<proto::Measurement> measurements) override {
     const std::lock_guard lock(mutex_);
     ++evaluated_[index];
-    trials_ += measurements.size();
+    for (const proto::Measurement& m : measurements) quality_[index] += m.quality();
   }
   void poisoned(const server::Poisoned& network) override {
     const std::lock_guard lock(mutex_);
     poisoned_.push_back(network.network);
+  }
+  void retracted(const std::vector<std::uint32_t>& networks) override {
+    const std::lock_guard lock(mutex_);
+    for (const std::uint32_t network : networks) {
+      --evaluated_[network];
+      quality_.erase(network);
+    }
+    retractions_ += networks.size();
   }
   void finished() override {
     const std::lock_guard lock(mutex_);
@@ -109,6 +117,16 @@ class CountingSink : public server::WorkSink {
   std::map<std::uint32_t, int> evaluations() const {
     return locked([&] { return evaluated_; });
   }
+  std::size_t retractions() const {
+    return locked([&] { return retractions_; });
+  }
+  bool all_zero_quality() const {
+    return locked([&] {
+      for (const auto& [network, quality] : quality_)
+        if (quality != 0) return false;
+      return true;
+    });
+  }
   std::vector<std::uint32_t> poison() const {
     return locked([&] { return poisoned_; });
   }
@@ -120,7 +138,8 @@ class CountingSink : public server::WorkSink {
   std::map<std::string, int> events_;
   std::map<std::string, std::string> last_;
   int finished_ = 0;
-  std::size_t trials_ = 0;
+  std::map<std::uint32_t, double> quality_;  // summed, by network
+  std::size_t retractions_ = 0;
 };
 
 inline server::DispatcherOptions noop_options(std::size_t max_frame_bytes = 1 << 20) {

@@ -1,0 +1,169 @@
+// Work done twice to compare, and what becomes of workers that lie.
+//
+// A share of the networks, chosen by a random stream of their own, is audited: each piece that one worker did
+// is done again by another, and the two are compared bit for bit. An audited network counts as evaluated, and
+// is journalled, only when its audit is over; so a generation is never committed ahead of its audits.
+#include <algorithm>
+#include <utility>
+
+#include "common/random.h"
+#include "server/dispatch_loop.h"
+#include "server/store_records.h"
+
+namespace evograsp::server {
+
+bool DispatchLoop::is_audited(std::uint64_t genome) const {
+  if (options_.audit_share <= 0) return false;
+  return Random(work_.trial_set, Purpose::kAudit, work_.generation, genome).chance(options_.audit_share);
+}
+
+std::string DispatchLoop::name_of(Party party) const {
+  const auto found = names_.find(party);
+  return found == names_.end() ? "?" : found->second;
+}
+
+namespace {
+
+// What two honest workers have in common: the measurements of one network.
+std::string opinion_of(const proto::TaskResult& result, int network, std::uint32_t trials) {
+  std::vector<proto::Measurement> own;
+  own.reserve(trials);
+  for (std::uint32_t i = 0; i < trials; ++i)
+    own.push_back(result.measurement(network * static_cast<int>(trials) + static_cast<int>(i)));
+  return pack_measurements(own);
+}
+
+}  // namespace
+
+// Before the scheduler hears of the result: what has to be done again must be known before the network is
+// complete.
+void DispatchLoop::book(const Session& session, const Assignment& what, const proto::TaskResult& result) {
+  if (what.audit != 0) return hear(session, what, result);
+  names_.emplace(session.party, session.view.identity);
+  int next = 0, position = 0;
+  for (const std::uint32_t network : what.networks) {
+    const Piece piece{network, what.first_trial, what.trials};
+    std::vector<proto::Measurement>& all = measurements_[network];
+    all.resize(work_.trials.size());
+    for (std::uint32_t i = 0; i < what.trials; ++i) all[what.first_trial + i] = result.measurement(next++);
+    const int own = position++;
+    if (told_[network] != 0) continue;  // given up meanwhile
+    auditor_.did(piece, session.party);
+    if (!is_audited(networks_[network].id)) continue;
+    const std::uint32_t number = auditor_.open(piece, session.party, opinion_of(result, own, what.trials));
+    scheduler_.audit(number, piece, {session.party});
+  }
+}
+
+// A second opinion, or a third.
+void DispatchLoop::hear(const Session& session, const Assignment& what, const proto::TaskResult& result) {
+  names_.emplace(session.party, session.view.identity);
+  if (told_[what.networks.front()] != 0) return;
+  const Auditor::Verdict verdict =
+      auditor_.opinion(what.audit, session.party, opinion_of(result, 0, what.trials));
+  if (verdict.state == Auditor::State::kStale) return;
+  ++totals_.audits;
+  if (verdict.state == Auditor::State::kAgreed) return;
+  if (verdict.state == Auditor::State::kDecided) return condemn(verdict);
+  ++totals_.audit_mismatches;
+  std::string names;
+  for (const Party party : verdict.heard) names += (names.empty() ? "" : ", ") + name_of(party);
+  sink_.event(true, "audit_mismatch",
+              "genome " + std::to_string(networks_[verdict.piece.network].id) + " of generation " +
+                  std::to_string(work_.generation) + ": the results of " + names +
+                  " differ: another worker decides");
+  scheduler_.audit(what.audit, verdict.piece, verdict.heard);
+}
+
+void DispatchLoop::condemn(const Auditor::Verdict& verdict) {
+  std::string honest;
+  for (const Party party : verdict.heard)
+    if (std::find(verdict.liars.begin(), verdict.liars.end(), party) == verdict.liars.end())
+      honest += (honest.empty() ? "" : " and ") + name_of(party);
+  for (const Party liar : verdict.liars) {
+    const std::string identity = name_of(liar);
+    if (quarantined_.contains(identity)) continue;
+    ++totals_.quarantined;
+    verdicts_[identity] = "its results for genome " + std::to_string(networks_[verdict.piece.network].id) +
+                          " of generation " + std::to_string(work_.generation) + " differ from what " +
+                          honest + " agree on";
+    quarantined_[identity].identity = identity;
+    quarantined_[identity].state = "quarantined";
+    liars_.push_back(liar);
+    discard_work(liar);
+  }
+}
+
+// All that the liar did of this work is done again. A network that has been told already is retracted and
+// done anew as a whole, because its measurements have been given away.
+void DispatchLoop::discard_work(Party liar) {
+  const Auditor::Discarded discarded = auditor_.discard(liar);
+  std::vector<std::uint32_t> retracted;
+  std::size_t pieces = 0;
+  for (const Piece& piece : discarded.pieces) {
+    if (std::find(retracted.begin(), retracted.end(), piece.network) != retracted.end()) continue;
+    Piece again = piece;
+    if (told_[piece.network] != 0)
+      again = {piece.network, 0, static_cast<std::uint32_t>(work_.trials.size())};
+    if (!scheduler_.redo(again)) continue;
+    ++pieces;
+    if (told_[piece.network] == 0) continue;
+    told_[piece.network] = 0;
+    auditor_.forget(piece.network);
+    retracted.push_back(piece.network);
+  }
+  for (const std::uint32_t number : discarded.cases) scheduler_.withdraw_audit(number);
+  if (!retracted.empty()) {
+    totals_.evaluations -= retracted.size();
+    sink_.retracted(retracted);
+  }
+  const std::string identity = name_of(liar);
+  sink_.event(true, "quarantine",
+              "worker " + identity + " is quarantined: " + verdicts_[identity] + "; " +
+                  std::to_string(pieces) + " of its results of this generation are done again");
+}
+
+void DispatchLoop::send_liars_away() {
+  for (const Party liar : std::exchange(liars_, {})) {
+    const auto found =
+        std::find_if(by_id_.begin(), by_id_.end(), [&](const auto& e) { return e.second->party == liar; });
+    if (found == by_id_.end()) continue;
+    Session& session = *found->second;
+    PeerView& kept = quarantined_[session.view.identity];
+    kept = session.view;
+    kept.state = "quarantined";
+    kept.outstanding = 0;
+    refuse(session.peer, "quarantined: " + verdicts_[kept.identity], false);
+    end_session(session, Departure::kLeft, "quarantined");
+    sink_.worker(kept);
+  }
+  pump_all();
+}
+
+bool DispatchLoop::refuse_quarantined(const std::string& identity, const std::string& peer) {
+  const auto found = verdicts_.find(identity);
+  if (found == verdicts_.end()) return false;
+  ++totals_.refused;
+  if (complaints_.allow(now()))
+    sink_.event(true, "refused", "worker " + identity + ": quarantined, " + found->second);
+  refuse(peer, "quarantined: " + found->second, false);
+  return true;
+}
+
+// Audits for which there is nobody left hold up nothing; a contradiction that nobody can decide does.
+void DispatchLoop::skip_audits() {
+  if (!working_ || paused_) return;
+  const Scheduler::Skipped skipped = scheduler_.skip_audits();
+  for (const std::uint32_t number : skipped.audits) auditor_.drop(number);
+  tell_complete(skipped.complete);
+  if (!skipped.audits.empty() && !std::exchange(said_alone_, true))
+    sink_.event(false, "unaudited",
+                "audits need two workers: the results of generation " + std::to_string(work_.generation) +
+                    " are not compared, nor those of later ones until another worker connects");
+  if (skipped.disputed && !std::exchange(said_disputed_, true))
+    sink_.event(true, "audit_waiting",
+                "workers contradict each other and there is no other to decide: the generation waits until "
+                "one more worker connects");
+}
+
+}  // namespace evograsp::server

@@ -1,0 +1,142 @@
+// Workers that lie: found, named, sent away, and nothing of what they said stays.
+#include <gtest/gtest.h>
+
+#include "common/random.h"
+#include "server/dispatcher.h"
+#include "tests/server/raw_peer.h"
+#include "tests/server/real_run.h"
+
+namespace evograsp {
+namespace {
+
+using testing::CountingSink;
+using testing::eventually;
+using testing::give_noop_work;
+using testing::Process;
+using testing::RealRun;
+using testing::TempDir;
+using testing::WorkerThread;
+
+using Liars = RealRun;
+
+TEST_F(Liars, AreFoundAndTheChampionIsThatOfHonestWorkers) {
+  Process server("evograsp-server", server_arguments({"dispatch.audit_share=1"}), log("server"));
+  const auto a = start_faulty("honest-a", "sleep:0.005"), b = start_faulty("honest-b", "sleep:0.005");
+  wait_for_welcome(*a);
+  wait_for_welcome(*b);
+  const auto liar = start_faulty("liar", "lie");
+  EXPECT_EQ(server.finish(), 0) << server.log();
+  EXPECT_EQ(sha256_hex(champion()), sha256_hex(undisturbed()));
+  const auto quarantined = events("quarantine");
+  ASSERT_EQ(quarantined.size(), 1U) << server.log();
+  EXPECT_NE(quarantined[0].find("worker liar is quarantined"), std::string::npos) << quarantined[0];
+  EXPECT_EQ(liar->finish(), static_cast<int>(ErrorCode::kUnavailable));
+  EXPECT_NE(liar->log().find("quarantined: its results for genome"), std::string::npos) << liar->log();
+}
+
+// On no-op work, whose measurements are all alike.
+class LiarsAtNoop : public ::testing::Test {
+ protected:
+  void start(double share) {
+    server::DispatcherOptions options = testing::noop_options();
+    options.audit_share = share;
+    options.silence_seconds = 2;
+    dispatcher_ = std::move(*server::Dispatcher::create(context_, std::move(options), sink_));
+    endpoint_ = dispatcher_->endpoints()[0];
+  }
+  std::unique_ptr<Process> worker(const std::string& name, const std::string& fault) {
+    auto process = std::make_unique<Process>(
+        "evograsp-worker-faulty",
+        std::vector<std::string>{"--connect", endpoint_, "--identity", name, "--slots", "1"},
+        dir_.path() / name, std::vector<std::string>{"EVOGRASP_FAULT=" + fault});
+    const int before = static_cast<int>(workers_.size());
+    workers_.push_back(name);
+    EXPECT_TRUE(eventually([&] { return sink_.events("worker_joined") > before; })) << process->log();
+    return process;
+  }
+  void expect_once(std::uint32_t networks) {
+    const auto evaluations = sink_.evaluations();
+    EXPECT_EQ(evaluations.size(), networks);
+    for (const auto& [index, times] : evaluations) EXPECT_EQ(times, 1) << "network " << index;
+  }
+
+  zmq::context_t context_{1};
+  TempDir dir_;
+  CountingSink sink_;
+  std::vector<std::string> workers_;
+  std::unique_ptr<server::Dispatcher> dispatcher_;
+  std::string endpoint_;
+};
+
+TEST_F(LiarsAtNoop, TheShareThatIsAuditedIsDrawnFromAStreamOfItsOwn) {
+  start(0.1);
+  const auto a = worker("a", ""), b = worker("b", "");
+  give_noop_work(*dispatcher_, 400, 3, 0.0001);
+  ASSERT_TRUE(eventually([&] { return sink_.finished_times() == 1; }));
+  std::uint64_t drawn = 0;
+  for (std::uint64_t genome = 0; genome < 400; ++genome)
+    drawn += Random(0, Purpose::kAudit, 0, genome).chance(0.1) ? 1 : 0;
+  EXPECT_GT(drawn, 20U);
+  EXPECT_TRUE(eventually([&] { return dispatcher_->view().audits >= drawn; }));
+  EXPECT_EQ(dispatcher_->view().audits, drawn) << "a network of one piece is audited once";
+  EXPECT_EQ(dispatcher_->view().audit_mismatches, 0U);
+  expect_once(400);
+}
+
+TEST_F(LiarsAtNoop, WhatALiarSaidBeforeItWasCaughtIsRetractedAndDoneAgain) {
+  start(0.05);
+  const auto a = worker("a", ""), b = worker("b", ""), liar = worker("liar", "lie");
+  give_noop_work(*dispatcher_, 600, 2, 0.0005);
+  ASSERT_TRUE(eventually([&] { return sink_.finished_times() == 1; }));
+  EXPECT_EQ(sink_.events("quarantine"), 1);
+  expect_once(600);
+  EXPECT_GT(sink_.retractions(), 0U) << "the liar did nothing that was not audited";
+  EXPECT_TRUE(sink_.all_zero_quality()) << "something that the liar said is still there";
+  EXPECT_TRUE(eventually([&] { return dispatcher_->view().quarantined == 1; }));
+  const auto view = dispatcher_->view();
+  const auto named = std::find_if(view.workers.begin(), view.workers.end(),
+                                  [](const auto& w) { return w.identity == "liar"; });
+  ASSERT_NE(named, view.workers.end());
+  EXPECT_EQ(named->state, "quarantined");
+}
+
+TEST_F(LiarsAtNoop, AQuarantinedIdentityStaysOutside) {
+  start(1);
+  const auto a = worker("a", ""), b = worker("b", "");
+  {
+    const auto liar = worker("liar", "lie");
+    give_noop_work(*dispatcher_, 60, 2, 0.001);
+    ASSERT_TRUE(eventually([&] { return sink_.events("quarantine") == 1; }));
+    EXPECT_EQ(liar->finish(), 6);
+  }
+  Process again("evograsp-worker", {"--connect", endpoint_, "--identity", "liar"}, dir_.path() / "again");
+  EXPECT_EQ(again.finish(), 6);
+  EXPECT_NE(again.log().find("quarantined"), std::string::npos) << again.log();
+}
+
+TEST_F(LiarsAtNoop, ALoneWorkerIsNotHeldUp) {
+  start(1);
+  const auto alone = worker("alone", "");
+  give_noop_work(*dispatcher_, 100, 2, 0);
+  ASSERT_TRUE(eventually([&] { return sink_.finished_times() == 1; }, 5));
+  expect_once(100);
+  EXPECT_EQ(sink_.events("unaudited"), 1);
+  EXPECT_EQ(dispatcher_->view().audits, 0U);
+}
+
+TEST_F(LiarsAtNoop, ContradictionsOfTwoWaitForAThird) {
+  start(1);
+  const auto a = worker("a", ""), liar = worker("liar", "lie");
+  give_noop_work(*dispatcher_, 20, 2, 0.001);
+  ASSERT_TRUE(eventually([&] { return sink_.events("audit_waiting") == 1; }));
+  EXPECT_EQ(sink_.finished_times(), 0) << "nobody knows yet who is right";
+  EXPECT_EQ(sink_.events("quarantine"), 0);
+  const auto third = worker("third", "");
+  ASSERT_TRUE(eventually([&] { return sink_.finished_times() == 1; }));
+  EXPECT_EQ(sink_.events("quarantine"), 1);
+  EXPECT_TRUE(sink_.all_zero_quality());
+  expect_once(20);
+}
+
+}  // namespace
+}  // namespace evograsp
