@@ -66,8 +66,9 @@ class Balancer {
     for (int step = 0; step < limit; ++step) {
       float in[6], out = 0;
       std::size_t n = 0;
+      const DoublePole::State state = poles.state();
       for (std::size_t i = 0; i < 6; i += velocities_ ? 1 : 2)
-        in[n++] = static_cast<float>(poles.state()[i] * kScale[i]);
+        in[n++] = static_cast<float>(state[i] * kScale[i]);
       network_.step({in, n}, {&out, 1}, memory);
       poles.push((static_cast<double>(out) - 0.5) * 20);  // the output is a sigmoid's
       if (poles.fallen()) return step;

@@ -81,6 +81,26 @@ void check_neat(const proto::NeatConfig& neat, const Complain& complain) {
   }
 }
 
+// What a substrate must share with the camera and the hand.
+void check_hyperneat(const proto::Config& config, const Complain& complain) {
+  if (!config.neat().has_hyperneat()) return;
+  const proto::HyperNeatConfig& substrate = config.neat().hyperneat();
+  const auto same = [&](const char* end, std::uint32_t given, std::uint32_t camera) {
+    if (given == camera) return;
+    complain("neat.hyperneat.input_" + std::string(end), "is " + std::to_string(given) + ", but camera." +
+                                                             end + " is " + std::to_string(camera) +
+                                                             ": leave it out, then it follows the camera");
+  };
+  same("columns", substrate.input_columns(), config.camera().columns());
+  same("rows", substrate.input_rows(), config.camera().rows());
+  constexpr std::uint32_t kPose = 7;  // position, axis, angle
+  if (substrate.outputs() != kPose)
+    complain("neat.hyperneat.outputs",
+             "is " + std::to_string(substrate.outputs()) + ", but a pose of the hand is 7 numbers");
+  if (config.neat().recurrent())
+    complain("neat.recurrent", "substrates are feed-forward: with hyperneat it must be false");
+}
+
 void check_net(const proto::NetConfig& net, const Complain& complain) {
   if (!(net.heartbeat_seconds() < net.silence_seconds())) {
     complain("net.silence_seconds",
@@ -104,6 +124,7 @@ void check_config(const proto::Config& config, const Complain& complain) {
   check_camera(config.camera(), complain);
   check_fitness(config.fitness(), complain);
   check_neat(config.neat(), complain);
+  check_hyperneat(config, complain);
   check_net(config.net(), complain);
 }
 

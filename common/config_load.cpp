@@ -262,10 +262,20 @@ void Loader::check_paths(pb::Message& message, const std::string& prefix) {
   }
 }
 
+// The input sheet of a HyperNEAT substrate is the camera's, unless somebody names another (which check_config
+// refuses).
+void follow_camera(proto::Config& config) {
+  if (!config.neat().has_hyperneat()) return;
+  proto::HyperNeatConfig& substrate = *config.mutable_neat()->mutable_hyperneat();
+  if (!substrate.has_input_columns()) substrate.set_input_columns(config.camera().columns());
+  if (!substrate.has_input_rows()) substrate.set_input_rows(config.camera().rows());
+}
+
 tl::expected<LoadedConfig, std::vector<Diagnostic>> Loader::load(const std::string& file) {
   if (!read(file)) return tl::unexpected(diagnostics_);
   for (const Override& change : from_environment()) apply(change);
   for (const Override& change : from_flags()) apply(change);
+  follow_camera(result_.config);
   write_defaults(result_.config);
   // Contradictions are looked for between values that are right by themselves.
   if (diagnostics_.empty()) {

@@ -263,6 +263,25 @@ TEST(LoadConfig, FindsContradictions) {
   EXPECT_THAT(error, HasSubstr("'fitness.terms': is \"23\", allowed are 1, 12, 13, 14, 123, 124, 134, 1234"));
 }
 
+TEST(LoadConfig, ASubstrateFollowsTheCameraAndMayNotDiffer) {
+  const File file("scene { object: 'cube' }\nneat { hyperneat { } }\ncamera { columns: 40 rows: 30 }\n");
+  const auto loaded = load_config(file.path());
+  ASSERT_TRUE(loaded.has_value()) << text(loaded.error());
+  EXPECT_EQ(loaded->config.neat().hyperneat().input_columns(), 40u);
+  EXPECT_EQ(loaded->config.neat().hyperneat().input_rows(), 30u);
+  const auto smaller = load_config(file.path(), {"camera.rows=8"});
+  ASSERT_TRUE(smaller.has_value()) << text(smaller.error());
+  EXPECT_EQ(smaller->config.neat().hyperneat().input_rows(), 8u) << "flags count as well";
+
+  const File wrong(
+      "scene { object: 'cube' }\nneat { recurrent: true\nhyperneat {\ninput_columns: 30\noutputs: 6 } }\n");
+  const std::string error = load_error(wrong.path());
+  EXPECT_THAT(error,
+              HasSubstr("c.txtpb:4:16: 'neat.hyperneat.input_columns': is 30, but camera.columns is 20"));
+  EXPECT_THAT(error, HasSubstr("c.txtpb:5:10: 'neat.hyperneat.outputs': is 6, but a pose"));
+  EXPECT_THAT(error, HasSubstr("c.txtpb:2:19: 'neat.recurrent': substrates are feed-forward"));
+}
+
 TEST(LoadConfig, AsksForAnObject) {
   const File file("");
   EXPECT_THAT(load_error(file.path()), HasSubstr("name at least one object"));
