@@ -37,7 +37,7 @@ const std::vector<Group>& groups() {
        {"status", "watch", "workers", "generations", "species", "champion", "export", "runs", "history",
         "events"}},
       {"Steer a running server", {"pause", "resume", "stop", "checkpoint"}},
-      {"Set up", {"keygen", "bench", "completions"}},
+      {"Set up", {"slurm", "keygen", "bench", "completions"}},
   };
   return kGroups;
 }
@@ -130,6 +130,8 @@ std::unique_ptr<CLI::App> make_app(Outcome& outcome) {
   add_sim(*app, outcome);
   add_render(*app, outcome);
   add_infer(*app, outcome);
+  add_slurm(*app, outcome);
+  add_keygen(*app, outcome);
   add_completions(*app, outcome);
   put_in_groups(*app);
   return app;

@@ -8,11 +8,17 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <optional>
 
 namespace evograsp {
+
+namespace {
+constexpr std::chrono::milliseconds kCopies{300};
+}
 
 SignalWatch::SignalWatch() {
   sigset_t set;
@@ -33,13 +39,17 @@ SignalWatch::~SignalWatch() {
 
 void SignalWatch::start(std::function<void()> first) {
   thread_ = std::thread([this, first = std::move(first)] {
-    for (int count = 0;;) {
+    std::optional<std::chrono::steady_clock::time_point> asked;
+    for (;;) {
       pollfd items[] = {{signals_, POLLIN, 0}, {end_, POLLIN, 0}};
       if (poll(items, 2, -1) < 0) continue;
       if (items[1].revents != 0) return;
       signalfd_siginfo info;
       if (read(signals_, &info, sizeof info) != static_cast<ssize_t>(sizeof info)) continue;
-      if (++count > 1) _exit(130);
+      const auto now = std::chrono::steady_clock::now();
+      if (asked && now - *asked > kCopies) _exit(130);
+      if (asked) continue;
+      asked = now;
       first();
     }
   });

@@ -16,7 +16,8 @@ class SignalWatch {
   SignalWatch& operator=(const SignalWatch&) = delete;
 
   // first: called at the first signal, on the watcher's thread. A second signal ends the process at once with
-  // exit code 130.
+  // exit code 130; what comes within 0.3 s of the first is a copy of it (batch systems signal every process
+  // of a job, and so does the job's script).
   void start(std::function<void()> first);
 
  private:

@@ -58,7 +58,7 @@ bool split(const std::string& line, std::string& name, std::string& value) {
 
 Result<CurveKeys> load_keys(const std::filesystem::path& file) {
   struct stat info {};
-  if (stat(file.c_str(), &info) == 0 && (info.st_mode & 077) != 0)
+  if (stat(file.c_str(), &info) == 0 && (info.st_mode & (info.st_uid == 0 ? 037 : 077)) != 0)
     return fail(ErrorCode::kInvalid, file.string() + ": others may read this secret key: chmod 600 it");
   const auto text = read_small(file);
   if (!text) return tl::unexpected(text.error());

@@ -14,8 +14,8 @@
 namespace evograsp {
 
 // A key file holds lines "public-key = KEY" and "secret-key = KEY" (Z85, 40 characters), "server-key = KEY"
-// for a worker; # begins a comment. kInvalid when others may read a file with a secret in it (mode other than
-// 0600, 0400).
+// for a worker; # begins a comment. kInvalid when others may read a file with a secret in it: mode 0600 or
+// less, or 0640 or less when it belongs to root (how Kubernetes and systemd hand out secrets).
 Result<CurveKeys> load_keys(const std::filesystem::path& file);
 // One public key a line, anything after it is a comment (the worker's name, say).
 Result<std::set<std::string>> load_allow_list(const std::filesystem::path& file);

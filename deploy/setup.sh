@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Installs what evograsp needs on Debian 12. Idempotent: does nothing when all is there.
 #   deploy/setup.sh          to build, test and run
-#   deploy/setup.sh --ci     also what the checks need (second compiler, linters, emulator)
+#   deploy/setup.sh --test   also what the tests of platforms need (Slurm, containers, kubectl)
+#   deploy/setup.sh --ci     also what the checks need (those tests, second compiler, linters, emulator)
 #   deploy/setup.sh --runtime  only the shared libraries of finished binaries (containers)
 #   deploy/setup.sh --list   prints the packages, one a line, and installs nothing
 set -euo pipefail
@@ -14,7 +15,12 @@ build=(
   prometheus-cpp-dev libpng-dev zlib1g-dev libcairo2-dev libsodium-dev fonts-dejavu-core
   libgtest-dev libgmock-dev libbenchmark-dev curl jq procps
 )
-ci=(clang clang-format clang-tidy libclang-rt-14-dev qemu-user shellcheck docker-compose)
+# Engines that place processes, for the tests on them (tests/platforms/).
+platforms=(
+  slurm-wlm munge podman runc conmon netavark aardvark-dns iptables debootstrap docker-compose iproute2 nftables
+  systemd kubernetes-client python3-yaml
+)
+ci=(clang clang-format clang-tidy libclang-rt-14-dev qemu-user shellcheck)
 # Shared libraries of the binaries: what a machine needs that only runs them.
 runtime=(
   libprotobuf32 libzmq5 libbullet3.24 libbullet-extras3.24 libembree3-3 libqhull-r8.0 libassimp5 liburdfdom-model3.0
@@ -26,15 +32,20 @@ wanted=("${build[@]}")
 list_only=false
 for arg in "$@"; do
   case "$arg" in
-    --ci) wanted+=("${ci[@]}") ;;
+    --test) wanted+=("${platforms[@]}") ;;
+    --ci) wanted+=("${platforms[@]}" "${ci[@]}") ;;
     --runtime) wanted=("${runtime[@]}") ;;
     --list) list_only=true ;;
-    *) echo "setup.sh: unknown option '$arg' (--ci, --runtime, --list)" >&2; exit 2 ;;
+    *) echo "setup.sh: unknown option '$arg' (--test, --ci, --runtime, --list)" >&2; exit 2 ;;
   esac
 done
 if $list_only; then printf '%s\n' "${wanted[@]}"; exit 0; fi
 
-is_installed() { dpkg-query -W -f='${db:Status-Status}' "$1" 2>/dev/null | grep -qx installed; }
+is_installed() {
+  # Others' packages of the same program exclude Debian's.
+  if [ "$1" = kubernetes-client ] && command -v kubectl >/dev/null; then return 0; fi
+  dpkg-query -W -f='${db:Status-Status}' "$1" 2>/dev/null | grep -qx installed
+}
 
 missing=()
 for package in "${wanted[@]}"; do is_installed "$package" || missing+=("$package"); done

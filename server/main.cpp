@@ -1,12 +1,16 @@
 // evograsp-server: the master of a run.
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
 #include "common/config.h"
 #include "common/log.h"
+#include "common/rendezvous.h"
 #include "common/signals.h"
 #include "common/socket.h"
 #include "common/version.h"
+#include "common/watchdog.h"
 #include "server/server.h"
 
 namespace {
@@ -20,6 +24,7 @@ constexpr char kExamples[] =
     "  evograsp-server --config cube --run-dir runs/cube            then: evograsp-worker on this machine\n"
     "  evograsp-server --config my.txtpb --set neat.population=200 --seed 7\n"
     "  evograsp-server --resume runs/cube                           goes on where it was, to the same bytes\n"
+    "  evograsp-server --config cube --run-dir runs/cube --continue  the one or the other (services)\n"
     "  evograsp-server --config cube --listen 'tcp://*:5555' --set net.curve_secret_key_file=master.key \\\n"
     "                  --set net.curve_allow_file=workers.pub       for workers on other machines\n\n"
     "Without workers the run waits for them; they come and go at any time. SIGTERM: commit and exit 130; go "
@@ -30,10 +35,10 @@ constexpr char kExamples[] =
     "writing failed, 6 address or run in use, 70 a bug.";
 
 struct Flags {
-  std::string config, run_dir, resume, listen, http, publish;
+  std::string config, run_dir, resume, listen, http, publish, rendezvous, advertise;
   std::vector<std::string> set;
   std::uint64_t seed = 0;
-  bool insecure = false, stay = false;
+  bool insecure = false, stay = false, take_up = false;
   LogOptions log;
 };
 
@@ -76,7 +81,45 @@ Status fill_new(const Flags& flags, bool seed_given, server::ServerOptions& opti
   return {};
 }
 
-int run(server::ServerOptions options, bool stay, SignalWatch& signals) {
+std::string host_name() {
+  char name[256] = {};
+  gethostname(name, sizeof name - 1);
+  return name;
+}
+
+// Says in a file where the server is, for as long as it is there.
+class Announcement {
+ public:
+  Announcement(const Flags& flags, const std::string& http) : file_(flags.rendezvous), http_(http) {
+    host_ = flags.advertise.empty() ? host_name() : flags.advertise;
+  }
+  ~Announcement() {
+    if (made_) remove_rendezvous(file_, where_);
+  }
+  Status make(const server::Server& server) {
+    if (file_.empty()) return {};
+    where_ = {advertised(server.endpoints().at(0), host_), advertised_http(http_, server.http_port(), host_)};
+    const Status status = write_rendezvous(file_, where_);
+    made_ = status.has_value();
+    return status;
+  }
+
+ private:
+  const std::string file_, http_;
+  std::string host_;
+  Rendezvous where_;
+  bool made_ = false;
+};
+
+void stay_until(const Wakeup& end) {
+  spdlog::info("staying to answer questions; SIGTERM ends it");
+  Watchdog watchdog;
+  zmq::pollitem_t item{nullptr, end.fd(), ZMQ_POLLIN, 0};
+  do watchdog.beat();
+  while (zmq::poll(&item, 1, std::chrono::seconds(1)) == 0);
+}
+
+int run(server::ServerOptions options, const Flags& flags, SignalWatch& signals) {
   const std::string run_dir = options.run_dir.string();
   auto made = server::Server::create(std::move(options));
   if (!made) return report(made.error());
@@ -90,6 +133,8 @@ int run(server::ServerOptions options, bool stay, SignalWatch& signals) {
   });
   for (const std::string& endpoint : server.endpoints()) spdlog::info("workers: {}", endpoint);
   if (server.http_port() != 0) spdlog::info("http: port {}", server.http_port());
+  Announcement announcement(flags, server.http_listen());
+  if (const Status status = announcement.make(server); !status) return report(status.error());
   notify_service_manager("READY=1");
   const auto state = server.run();
   if (!state) return report(state.error());
@@ -99,11 +144,7 @@ int run(server::ServerOptions options, bool stay, SignalWatch& signals) {
     return kInterrupted;
   }
   spdlog::info("finished: {}/champion.pb", run_dir);
-  if (stay) {
-    spdlog::info("staying to answer questions; SIGTERM ends it");
-    zmq::pollitem_t item{nullptr, end.fd(), ZMQ_POLLIN, 0};
-    zmq::poll(&item, 1, std::chrono::milliseconds(-1));
-  }
+  if (flags.stay) stay_until(end);
   return 0;
 }
 
@@ -118,9 +159,14 @@ int main(int argc, char** argv) {
   auto* config = app.add_option("--config", flags.config, "config file or the name of a built-in one");
   app.add_option("--run-dir", flags.run_dir, "folder of the run (default: runs/ and the config's name)");
   app.add_option("--resume", flags.resume, "go on with the run in this folder")->excludes(config);
+  app.add_flag("--continue", flags.take_up, "go on with the run that --run-dir holds already, else begin it");
   app.add_option("--listen", flags.listen, "where workers connect (net.listen), e.g. tcp://127.0.0.1:5555");
   app.add_option("--http", flags.http, "where the HTTP API answers (net.http); empty: nowhere");
   app.add_option("--publish", flags.publish, "where champions are published (net.publish)");
+  app.add_option("--rendezvous", flags.rendezvous,
+                 "file to say in where the server can be reached (evograsp-worker --rendezvous)");
+  app.add_option("--advertise", flags.advertise,
+                 "host that --rendezvous names for 'tcp://*:PORT' (default: this host's name)");
   app.add_option("--seed", flags.seed, "the run's seed (run.seed)");
   app.add_option("--set", flags.set, "any value of the config: neat.population=200")->take_all();
   app.add_flag("--insecure", flags.insecure, "listen beyond this machine without keys");
@@ -134,6 +180,11 @@ int main(int argc, char** argv) {
   set_up_logging(flags.log);
   server::ServerOptions options;
   options.net = net_of(app, flags);
+  std::error_code problem;
+  if (flags.take_up && flags.run_dir.empty())
+    return report({ErrorCode::kUsage, "--continue: --run-dir is wanted; see --help"});
+  if (flags.take_up && std::filesystem::exists(flags.run_dir + "/run.db", problem))
+    flags.resume = flags.run_dir;
   if (!flags.resume.empty()) {
     options.run_dir = flags.resume;
     options.resume = true;
@@ -142,5 +193,5 @@ int main(int argc, char** argv) {
   } else if (Status status = fill_new(flags, app.count("--seed") > 0, options); !status) {
     return report(status.error());
   }
-  return run(std::move(options), flags.stay, signals);
+  return run(std::move(options), flags, signals);
 }

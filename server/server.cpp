@@ -9,6 +9,7 @@
 #include "common/digest.h"
 #include "common/log.h"
 #include "common/version.h"
+#include "common/watchdog.h"
 #include "server/api.h"
 #include "server/champion_file.h"
 #include "server/publisher.h"
@@ -129,7 +130,9 @@ class ServerImpl : public Server {
   // The threads of others end before what they lean on.
   ~ServerImpl() override {
     api_.reset();
-    if (dispatcher_) dispatcher_->dismiss("the master ends");
+    // Workers that end with the run (--once) shall not end because it is interrupted: they lose the
+    // connection and look for whoever goes on with it.
+    if (dispatcher_ && state_ == RunState::kFailed) dispatcher_->dismiss("the run has failed");
     dispatcher_.reset();
     store_.reset();
   }
@@ -185,6 +188,7 @@ class ServerImpl : public Server {
   }
   std::vector<std::string> endpoints() const override { return dispatcher_->endpoints(); }
   int http_port() const override { return api_ ? api_->port() : 0; }
+  std::string http_listen() const override { return start_.info.config.net().http(); }
   RunControl& control() override { return control_; }
 
  private:
@@ -258,6 +262,7 @@ class ServerImpl : public Server {
   }
 
   void publish() {
+    watchdog_.beat();
     const RunState state = ended() ? state_.load() : loop_->paused() ? RunState::kPaused : RunState::kRunning;
     snapshots_.publish(state, loop_->position(), champion_, dispatcher_->view(), gather_, store_->figures());
   }
@@ -279,6 +284,7 @@ class ServerImpl : public Server {
   std::unique_ptr<ApiServer> api_;
   std::function<void(const GenerationReport&)> on_generation_;
   std::optional<proto::Champion> champion_;
+  Watchdog watchdog_;
   std::atomic<RunState> state_{RunState::kRunning};
 };
 

@@ -60,7 +60,8 @@ class Server {
 
   // What was bound, free ports resolved; the inproc endpoint included.
   virtual std::vector<std::string> endpoints() const = 0;
-  virtual int http_port() const = 0;  // 0: no HTTP
+  virtual int http_port() const = 0;            // 0: no HTTP
+  virtual std::string http_listen() const = 0;  // net.http as it is in force
   // Snapshots, pause, resume, checkpoint: server/run_control.h.
   virtual RunControl& control() = 0;
 };

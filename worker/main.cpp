@@ -15,7 +15,8 @@ using namespace evograsp;
 constexpr char kExamples[] =
     "Examples:\n"
     "  evograsp-worker --connect tcp://master:5555            one slot a core, until told to stop\n"
-    "  evograsp-worker --connect tcp://master:5555 --once     ends when the run does (batch systems)\n"
+    "  evograsp-worker --rendezvous run/rendezvous --once     finds the master by a shared file, ends with "
+    "the run\n"
     "  evograsp-worker --connect tcp://master:5555 --curve-key-file worker.key\n\n"
     "The master may be started later, restarted or moved: the worker keeps looking for it. It needs no "
     "files: objects\n"
@@ -24,7 +25,7 @@ constexpr char kExamples[] =
     "once.\n\n"
     "Exit codes: 0 drained, stopped or run over (--once), 2 usage, 3 or 7 the experiment cannot be simulated "
     "here,\n"
-    "6 refused by the master or not drained in time, 70 a bug.";
+    "6 refused by the master, not drained in time, or no master for --wait-seconds, 70 a bug.";
 
 int report(const Error& error) {
   std::fprintf(stderr, "evograsp-worker: %s\n", error.message.c_str());
@@ -61,6 +62,14 @@ int main(int argc, char** argv) {
   app.add_option("--connect", options.connect, "where the master listens")
       ->envname("EVOGRASP_CONNECT")
       ->capture_default_str();
+  app.add_option(
+         "--rendezvous", options.rendezvous,
+         "file in which evograsp-server --rendezvous says where it listens; read anew for each connection")
+      ->envname("EVOGRASP_RENDEZVOUS")
+      ->excludes("--connect");
+  app.add_option("--wait-seconds", options.wait_seconds, "end when there is no master for so long; 0: never")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
   app.add_option("--slots", options.slots, "simulations at a time; 0: one a core")
       ->check(CLI::Range(0, 4096));
   app.add_option("--identity", options.identity,
@@ -70,6 +79,10 @@ int main(int argc, char** argv) {
   app.add_option("--drain-seconds", options.drain_seconds, "time that running tasks get at SIGTERM")
       ->check(CLI::Range(0.0, 3600.0))
       ->capture_default_str();
+  app.add_option(
+      "--alive-file", options.alive_file,
+      "file written every second while the worker lives, with what it does: looking, loading, serving "
+      "or draining (probes)");
   app.add_flag("--once", options.once, "end when the master's run ends");
   app.add_flag("--log-json", log.json, "log lines as JSON objects");
   try {

@@ -3,10 +3,12 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <fstream>
 #include <random>
 #include <utility>
 
 #include "common/log.h"
+#include "common/rendezvous.h"
 #include "common/version.h"
 
 namespace evograsp::worker {
@@ -15,6 +17,9 @@ namespace {
 
 constexpr double kFirstPatience = 0.5, kMostPatience = 1.0;  // s: a master that is back is found within this
 constexpr double kSlowestTick = 0.1;
+constexpr double kSignSeconds = 1;
+constexpr double kReconnectPause = 0.1;
+constexpr double kRendezvousPause = 0.5;  // s: the file may be on a file server that a thousand workers ask
 
 std::chrono::milliseconds milliseconds(double seconds) {
   return std::chrono::milliseconds(static_cast<int>(seconds * 1000));
@@ -43,10 +48,22 @@ struct Session::Built {
 
 Session::Session(zmq::context_t& context, const WorkerOptions& options, Wakeup& wakeup,
                  const std::atomic<int>& order)
-    : context_(context), options_(options), wakeup_(wakeup), order_(order), slots_(options.slots, wakeup) {}
+    : context_(context),
+      options_(options),
+      wakeup_(wakeup),
+      order_(order),
+      slots_(options.slots, wakeup),
+      endpoint_(options.connect) {}
 
 Status Session::run() {
   while (!done_) {
+    show_life();
+    check_absence();
+    if (!connected_ && !find_master()) {
+      obey();
+      pause(kRendezvousPause);
+      continue;
+    }
     if (!connected_)
       if (Status status = connect(); !status) return status;
     wait();
@@ -54,7 +71,7 @@ Status Session::run() {
     read_all();
     obey();
     check_silence();
-    if (lost_) pause();
+    if (lost_) pause(kReconnectPause);
   }
   disconnect();
   if (error_) return tl::unexpected(*error_);
@@ -63,10 +80,38 @@ Status Session::run() {
 
 // ---- connection ----
 
+// To whoever watches: from this loop, since its progress is the worker's life.
+void Session::show_life() {
+  watchdog_.beat();
+  if (options_.alive_file.empty() || Clock::now() < next_sign_) return;
+  next_sign_ = Clock::now() + milliseconds(kSignSeconds);
+  constexpr const char* kWords[] = {"looking", "loading", "serving", "draining"};
+  std::ofstream(options_.alive_file) << kWords[static_cast<int>(state_)] << "\n";
+}
+
+// Where the master is: false while nobody says so.
+bool Session::find_master() {
+  if (options_.rendezvous.empty()) return true;
+  const auto where = read_rendezvous(options_.rendezvous);
+  if (where) {
+    endpoint_ = where->connect;
+    return true;
+  }
+  if (where.error().code != ErrorCode::kNotFound) give_up(where.error());
+  return false;
+}
+
+void Session::check_absence() {
+  if (options_.wait_seconds <= 0 || Clock::now() - served_ < milliseconds(options_.wait_seconds)) return;
+  const std::string where = options_.rendezvous.empty() ? endpoint_ : options_.rendezvous;
+  give_up({ErrorCode::kUnavailable,
+           where + ": no master for " + std::to_string(static_cast<int>(options_.wait_seconds)) + " s"});
+}
+
 Status Session::connect() {
   SocketOptions options;
   options.curve = options_.curve;
-  auto socket = make_dealer(context_, options_.connect, options);
+  auto socket = make_dealer(context_, endpoint_, options);
   if (!socket) return tl::unexpected(socket.error());
   socket_ = std::move(*socket);
   monitor_ = std::make_unique<DisconnectMonitor>(context_, socket_);
@@ -98,10 +143,10 @@ void Session::disconnect() {
 }
 
 // After a loss: what was given out by the old session is forgotten, the next try waits a little longer.
-void Session::pause() {
+void Session::pause(double seconds) {
   disconnect();
   if (done_) return;
-  const auto until = Clock::now() + milliseconds(0.1 * jitter());
+  const auto until = Clock::now() + milliseconds(seconds * jitter());
   while (Clock::now() < until && order_ == kServe) {
     zmq::pollitem_t item{nullptr, wakeup_.fd(), ZMQ_POLLIN, 0};
     zmq::poll(&item, 1, milliseconds(0.02));
@@ -141,9 +186,9 @@ void Session::give_up(Error error) {
 void Session::read_all() {
   Received message;
   while (!done_ && !lost_ && receive(socket_, false, arena_, message)) {
-    heard_ = Clock::now();
+    heard_ = served_ = Clock::now();
     if (message.envelope == nullptr)
-      give_up({ErrorCode::kUnavailable, options_.connect + ": sent " + message.fault});
+      give_up({ErrorCode::kUnavailable, endpoint_ + ": sent " + message.fault});
     else
       handle(message);
     message.envelope = nullptr;
@@ -184,7 +229,7 @@ void Session::on_welcome(const proto::Welcome& welcome, const SessionStamp& stam
   stamp_ = stamp;
   silence_seconds_ = std::clamp(welcome.silence_seconds(), 0.05, 3600.0);
   patience_ = kFirstPatience;
-  spdlog::info("welcome to {}: {} slots", options_.connect, options_.slots);
+  spdlog::info("welcome to {}: {} slots", endpoint_, options_.slots);
   if (welcome.experiment().object_id().empty()) {  // no-op work only
     fingerprint_ = welcome.experiment().fingerprint();
     slots_.set_simulator(nullptr);
@@ -201,8 +246,8 @@ void Session::on_welcome(const proto::Welcome& welcome, const SessionStamp& stam
 
 void Session::on_refusal(const proto::Refusal& refusal) {
   if (!refusal.retry())
-    return give_up({ErrorCode::kUnavailable, options_.connect + " refuses: " + refusal.reason()});
-  spdlog::warn("{} refuses for now: {}", options_.connect, refusal.reason());
+    return give_up({ErrorCode::kUnavailable, endpoint_ + " refuses: " + refusal.reason()});
+  spdlog::warn("{} refuses for now: {}", endpoint_, refusal.reason());
   lost_ = true;
 }
 
@@ -219,9 +264,9 @@ void Session::request_assets() {
 void Session::on_asset(const proto::AssetReply& reply, const std::vector<zmq::message_t>& body) {
   if (state_ != State::kLoading || built_) return;
   if (!reply.found() || body.size() != 1)
-    return give_up({ErrorCode::kNotFound, options_.connect + " does not have asset " + reply.id()});
+    return give_up({ErrorCode::kNotFound, endpoint_ + " does not have asset " + reply.id()});
   const Status status = loader_.accept(reply.id(), body[0].to_string_view());
-  if (!status) return give_up({status.error().code, options_.connect + ": " + status.error().message});
+  if (!status) return give_up({status.error().code, endpoint_ + ": " + status.error().message});
   if (loader_.missing().empty()) build_simulator();
 }
 
@@ -263,7 +308,7 @@ void Session::on_cancel(const proto::Cancel& cancel) {
 }
 
 void Session::on_drain(const proto::Drain& drain) {
-  spdlog::info("{} has no more work: {}", options_.connect, drain.reason());
+  spdlog::info("{} has no more work: {}", endpoint_, drain.reason());
   if (options_.once) done_ = true;
   lost_ = true;
 }

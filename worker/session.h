@@ -12,6 +12,7 @@
 #include <string>
 
 #include "common/socket.h"
+#include "common/watchdog.h"
 #include "common/wire.h"
 #include "worker/loader.h"
 #include "worker/slots.h"
@@ -32,9 +33,10 @@ class Session {
   using Clock = std::chrono::steady_clock;
   enum class State { kGreeting, kLoading, kServing, kDraining };
 
+  bool find_master();
   Status connect();
   void disconnect();
-  void pause();
+  void pause(double seconds);
   void wait();
   void read_all();
   void handle(Received& message);
@@ -49,6 +51,8 @@ class Session {
   void enqueue(Received& message);
   void send_events();
   void check_silence();
+  void check_absence();
+  void show_life();
   void obey();
   bool drained();
   void give_up(Error error);
@@ -62,6 +66,10 @@ class Session {
   Loader loader_;
   google::protobuf::Arena arena_;
 
+  std::string endpoint_;  // of the master
+  Watchdog watchdog_;
+  Clock::time_point next_sign_{};
+
   zmq::socket_t socket_;
   std::unique_ptr<DisconnectMonitor> monitor_;  // a master that dies is missed at once, not after its silence
   State state_ = State::kGreeting;
@@ -72,7 +80,8 @@ class Session {
   double silence_seconds_ = 1.5;
   double patience_ = 0.5;  // s, for a Welcome; grows while there is no master
   Clock::time_point heard_{}, drain_deadline_{};
-  std::string fingerprint_;  // of the simulator that stands
+  Clock::time_point served_ = Clock::now();  // when a master was last heard
+  std::string fingerprint_;                  // of the simulator that stands
   std::string farewell_;
   int unfinished_ = 0;  // tasks taken and not answered
   std::vector<std::uint64_t> handed_back_;
