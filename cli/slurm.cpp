@@ -214,7 +214,8 @@ int submit(const SubmitOptions& options) {
         nlohmann::json{{"run", run.string()}, {"server_job", server_job}, {"workers_job", workers_job}});
   } else {
     print("server: job " + server_job + ", workers: job " + workers_job +
-          "\nfollow it: evograsp watch --run " + quoted(run.string()) + "\n");
+          "\nfollow it: srun --overlap --jobid=" + server_job + " evograsp watch --run " +
+          quoted(run.string()) + "\n");
   }
   return kExitOk;
 }

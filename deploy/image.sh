@@ -21,7 +21,7 @@ runtime() {
   apt-get clean
   rm -rf /var/lib/apt/lists/* /var/cache/debconf/*-old /var/log/apt /var/log/dpkg.log /usr/share/doc /usr/share/man \
     /usr/share/locale
-  useradd --system --uid $user_id --no-create-home --home-dir /runs --shell /usr/sbin/nologin evograsp
+  useradd --no-log-init --uid $user_id --no-create-home --home-dir /runs --shell /usr/sbin/nologin evograsp
   install -d -o evograsp -g evograsp -m 755 /runs
 }
 

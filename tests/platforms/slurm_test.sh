@@ -39,6 +39,9 @@ at_once() {
 within 15 all_work || fail "the workers of the array did not all join: $(tail -n 3 "$run"/slurm/*.log)"
 [ "$(stat -c %a "$run/slurm/worker.key")" = 600 ] || fail "others may read the workers' key"
 
+as_slurm srun --overlap --jobid="$server_job" bin/evograsp status --run "$run" >status 2>&1
+grep -q 'quick: running' status || fail "status on the server's node: $(cat status)"
+
 # Out of time, a worker and then the server: what Slurm sends before the limit.
 as_slurm scancel --signal=USR1 --batch "${array}_3"
 at_once "${array}_3"
