@@ -32,8 +32,8 @@ default_ulimits=["nofile=1024:1024","nproc=4096:4096"]
 network_backend="netavark"
 TEXT
   export CONTAINERS_CONF=$folder/containers.conf
-  podman=(podman --root "$cache/podman" --runroot "$folder/podman" --tmpdir "$folder/podman-tmp" --storage-driver overlay)
-  inside "${podman[@]}" system service --time 0 "unix://$folder/podman.sock" 2>service.log &
+  podman=(podman --root "$cache/podman" --runroot "$cache/podman-run" --tmpdir "$cache/podman-tmp" --storage-driver overlay)
+  nsenter --net="/run/netns/$space" "${podman[@]}" system service --time 0 "unix://$folder/podman.sock" 2>service.log &
   service=$!
   within 10 test -S podman.sock
 }
@@ -41,7 +41,7 @@ TEXT
 containers_down() {
   [ -z "${service:-}" ] || { kill "$service"; wait "$service"; } 2>/dev/null
   local mounted
-  while read -r mounted; do umount "$mounted"; done < <(awk -v at="$folder" 'index($2, at) == 1 {print $2}' /proc/mounts | sort -r)
+  while read -r mounted; do umount "$mounted"; done < <(awk -v at="$(realpath "$cache")" 'index($2, at) == 1 {print $2}' /proc/mounts | sort -r)
   ip netns del "$space" 2>/dev/null
 }
 
