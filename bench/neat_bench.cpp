@@ -3,6 +3,7 @@
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
+#include <cmath>
 #include <ctime>
 #include <optional>
 #include <string>
@@ -27,41 +28,88 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
+constexpr std::uint32_t kGenerations = 30;
+
+// A population that is bred with random fitness, and how long that takes.
+class Breeder {
+ public:
+  Breeder(std::uint32_t size, std::uint32_t hidden) : fitness_(size) {
+    config_.set_population(size);
+    config_.set_hidden(hidden);
+    expressor_.emplace(config_);
+  }
+
+  // A new population, bred up to the generations that are timed.
+  void begin(std::uint64_t seed) {
+    population_ = evograsp::neat::Population::create(config_, 304, 7, seed).value();
+    while (population_->generation() < kGenerations / 2) next();
+    seconds.clear();
+    tells.clear();
+  }
+  bool done() const { return !population_ || population_->generation() == kGenerations; }
+  void next() {
+    const double growth = 1 + 0.01 * population_->generation();
+    for (double& f : fitness_) f = growth * random_.uniform();
+    const double begin = thread_seconds();
+    population_->tell(fitness_);
+    tells.push_back(thread_seconds() - begin);
+    for (const auto& genome : population_->ask()) benchmark::DoNotOptimize(expressor_->express(genome));
+    seconds.push_back(thread_seconds() - begin);
+  }
+  double links() const {  // of a genome, on average
+    double sum = 0;
+    for (const auto& genome : population_->ask()) sum += genome.links();
+    return sum / static_cast<double>(fitness_.size());
+  }
+  const evograsp::neat::Population& population() const { return *population_; }
+
+  std::vector<double> seconds, tells;  // of each generation since begin()
+
+ private:
+  evograsp::proto::NeatConfig config_;
+  std::optional<evograsp::neat::Expressor> expressor_;
+  std::optional<evograsp::neat::Population> population_;
+  std::vector<double> fitness_;
+  Random random_{1, evograsp::Purpose::kTestHarness};
+};
+
 // Generations 15 to 30 are timed (and their median reported beside); what comes before only makes them.
 void generation(benchmark::State& state, std::uint32_t size, std::uint32_t hidden) {
-  evograsp::proto::NeatConfig config;
-  config.set_population(size);
-  config.set_hidden(hidden);
-  evograsp::neat::Expressor expressor(config);
-  constexpr int kGenerations = 30;
-  std::optional<evograsp::neat::Population> population;
-  std::vector<double> seconds, tells, fitness(size);
-  Random random(1, evograsp::Purpose::kTestHarness);
-  const auto next = [&] {
-    const double growth = 1 + 0.01 * population->generation();
-    for (double& f : fitness) f = growth * random.uniform();
-    const double begin = thread_seconds();
-    population->tell(fitness);
-    tells.push_back(thread_seconds() - begin);
-    for (const auto& genome : population->ask()) benchmark::DoNotOptimize(expressor.express(genome));
-    seconds.push_back(thread_seconds() - begin);
-  };
+  Breeder breeder(size, hidden);
   std::uint64_t seed = 0;
+  std::vector<double> seconds, tells;
   for (auto _ : state) {
-    state.PauseTiming();
-    if (!population || population->generation() == kGenerations) {
-      population = evograsp::neat::Population::create(config, 304, 7, ++seed).value();
-      while (population->generation() < kGenerations / 2) next();
+    if (breeder.done()) {
+      state.PauseTiming();
+      breeder.begin(++seed);
+      state.ResumeTiming();
     }
-    state.ResumeTiming();
-    next();
+    breeder.next();
+    seconds.push_back(breeder.seconds.back());
+    tells.push_back(breeder.tells.back());
   }
-  double links = 0;
-  for (const auto& genome : population->ask()) links += genome.links();
   state.counters["median_ms"] = median(seconds) * 1e3;
   state.counters["tell_ms"] = median(tells) * 1e3;
-  state.counters["links"] = links / size;
-  state.counters["species"] = static_cast<double>(population->species().size());
+  state.counters["links"] = breeder.links();
+  state.counters["species"] = static_cast<double>(breeder.population().species().size());
+}
+
+// The exponent of a generation's time in its genomes' links: least squares through the logarithms of both,
+// for 1 to 64 hidden nodes at the start. 1 is linear.
+void exponent(benchmark::State& state) {
+  double n = 0, x = 0, y = 0, xx = 0, xy = 0, largest = 0;
+  for (auto _ : state)
+    for (const std::uint32_t hidden : {1u, 2u, 4u, 8u, 16u, 32u, 64u}) {
+      Breeder breeder(150, hidden);
+      breeder.begin(1);
+      while (!breeder.done()) breeder.next();
+      const double links = std::log(breeder.links()), time = std::log(median(breeder.seconds));
+      n += 1, x += links, y += time, xx += links * links, xy += links * time;
+      state.counters["ns_a_link_" + std::to_string(hidden)] = std::exp(time - links) / 150 * 1e9;
+      largest = std::max(largest, breeder.links());
+    }
+  state.counters["exponent"] = (n * xy - x * y) / (n * xx - x * x);
+  state.counters["links"] = largest;
 }
 
 const bool registered = [] {
@@ -72,6 +120,7 @@ const bool registered = [] {
         generation(state, size, hidden);
       })->Unit(benchmark::kMillisecond);
     }
+  benchmark::RegisterBenchmark("neat/exponent", exponent)->Unit(benchmark::kMillisecond)->Iterations(1);
   return true;
 }();
 

@@ -120,6 +120,13 @@ Result<Network> Network::from_columns(const NetworkColumns& columns) {
   return network;
 }
 
+Network Network::from_sound_columns(const NetworkColumns& columns) {
+  assert(check(columns));
+  Network network;
+  network.compile(columns);
+  return network;
+}
+
 void Network::compile(const NetworkColumns& c) {
   inputs_ = static_cast<int>(c.inputs);
   recurrent_ = c.recurrent;
@@ -292,29 +299,29 @@ void Network::activate_columns(std::span<const float> in, std::span<float> out, 
                                int steps) const {
   const kernels::Kernels& kernel = kernels::active();
   const auto inputs = static_cast<std::uint32_t>(inputs_);
-  const std::size_t size = std::size_t{stride_} * kLanes;
+  const std::size_t size = std::size_t{stride_} * kColumns;
   float* from = aligned(scratch.values, size * (recurrent_ ? 2 : 1));
   float* to = recurrent_ ? from + size : from;
-  const bool finite = kernel.copy_finite(in.data(), inputs * kLanes, from);
-  std::fill_n(from + inputs * kLanes, kLanes, 1.0f);
+  const bool finite = kernel.copy_finite(in.data(), inputs * std::uint32_t{kColumns}, from);
+  std::fill_n(from + inputs * std::uint32_t{kColumns}, kColumns, 1.0f);
   if (recurrent_) {
-    std::fill(from + (inputs + 1) * kLanes, from + size, 0.0f);
+    std::fill(from + (std::size_t{inputs} + 1) * kColumns, from + size, 0.0f);
     std::copy_n(from, size, to);
   }
   const float* value = update(from, to, steps, kernel.columns);
   for (std::size_t o = 0; o < output_node_.size(); ++o)
-    std::copy_n(value + std::size_t{output_node_[o]} * kLanes, kLanes, out.data() + o * kLanes);
+    std::copy_n(value + std::size_t{output_node_[o]} * kColumns, kColumns, out.data() + o * kColumns);
   if (!finite) spoil_columns(in, out);
 }
 
 // NaN into the outputs of columns that have an input that is not finite; columns do not touch each other.
 void Network::spoil_columns(std::span<const float> in, std::span<float> out) const {
-  for (std::size_t c = 0; c < kLanes; ++c) {
+  for (std::size_t c = 0; c < kColumns; ++c) {
     bool finite = true;
     for (std::size_t i = 0; i < static_cast<std::size_t>(inputs_); ++i)
-      finite &= std::isfinite(in[i * kLanes + c]);
+      finite &= std::isfinite(in[i * kColumns + c]);
     for (std::size_t o = 0; o < output_node_.size() && !finite; ++o)
-      out[o * kLanes + c] = std::numeric_limits<float>::quiet_NaN();
+      out[o * kColumns + c] = std::numeric_limits<float>::quiet_NaN();
   }
 }
 

@@ -42,7 +42,7 @@ class Network {
   static constexpr std::uint32_t kMaxLinks = 1u << 22;
   static constexpr float kMaxWeight = 0x1p20f;  // of links and biases
   static constexpr int kMaxSteps = 1000;        // of a recurrent network; more are not made
-  static constexpr int kColumns = kernels::kLanes;
+  static constexpr int kColumns = kernels::kColumns;
 
   struct Scratch {
     std::vector<float> values;
@@ -57,6 +57,8 @@ class Network {
   // they get may come from a stranger.
   static Result<Network> from_proto(const proto::Network& proto);
   static Result<Network> from_columns(const NetworkColumns& columns);
+  // The same without the checks, for columns that somebody has just made right (neat's compilers).
+  static Network from_sound_columns(const NetworkColumns& columns);
   proto::Network to_proto() const;
 
   int inputs() const { return inputs_; }
@@ -76,8 +78,9 @@ class Network {
   // `count` evaluations; in: count x inputs(), out: count x outputs(), row-major. Fastest in multiples of 16.
   void activate_batch(std::span<const float> in, std::span<float> out, int count, Scratch& scratch,
                       int steps = 1) const;
-  // 16 evaluations, a sample a column: input i of sample c is in[i x 16 + c], output o is out[o x 16 + c].
-  // Faster than activate_batch() for small networks that many points are put to (CPPNs).
+  // kColumns evaluations, a sample a column: input i of sample c is in[i x kColumns + c], output o is
+  // out[o x kColumns + c]. Faster than activate_batch() for small networks that many points are put to
+  // (CPPNs).
   void activate_columns(std::span<const float> in, std::span<float> out, Scratch& scratch,
                         int steps = 1) const;
 

@@ -11,7 +11,8 @@
 
 namespace evograsp::kernels {
 
-inline constexpr int kLanes = 16;  // partial sums of a node, and samples of a batch
+inline constexpr int kLanes = 16;    // partial sums of a node, and samples of a batch
+inline constexpr int kColumns = 64;  // samples of columns(): enough to hide how long one result takes
 
 struct alignas(64) Block {
   float weight[kLanes];
@@ -48,7 +49,7 @@ struct Kernels {
   void (*one)(const Program&, const float* from, float* to);
   // 16 samples. Value v of sample r is at [batch_place(v, r)]: what a block of weights meets lies together.
   void (*batch)(const Program&, const float* from, float* to);
-  // 16 samples, one a column: value v of sample c at [v * 16 + c].
+  // kColumns samples, one a column: value v of sample c at [v * kColumns + c].
   void (*columns)(const Program&, const float* from, float* to);
 };
 

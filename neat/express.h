@@ -22,7 +22,7 @@ class Expressor {
 
   Network express(const Genome& genome) {
     if (substrate_) return substrate_->express(genome, compiler_);
-    return Network::from_columns(compiler_.columns(genome)).value();
+    return Network::from_sound_columns(compiler_.columns(genome));
   }
 
  private:

@@ -6,6 +6,21 @@
 #include <string>
 
 namespace evograsp::neat {
+namespace {
+
+// Inserts at place k. What a column keeps in reserve is a sixteenth, not the double of std::vector.
+template <class T>
+void insert_at(std::vector<T>& column, std::size_t k, const T& value) {
+  if (column.size() == column.capacity()) column.reserve(column.size() + column.size() / 16 + 4);
+  column.insert(column.begin() + static_cast<std::ptrdiff_t>(k), value);
+}
+
+template <class T>
+std::size_t bytes_of(const std::vector<T>& column) {
+  return column.capacity() * sizeof(T);
+}
+
+}  // namespace
 
 bool StartStructure::contains(std::uint32_t source_node, std::uint32_t target_node) const {
   for (const Segment& s : segment) {
@@ -30,9 +45,9 @@ Genome::Genome(std::shared_ptr<const StartStructure> start, Activation hidden, A
 }
 
 bool Genome::has_link(std::uint32_t source_node, std::uint32_t target_node) const {
+  const LinkEnds ends(source_node, target_node);
   bool found = false;
-  for (std::size_t k = 0; k < late_source_.size(); ++k)
-    found |= late_source_[k] == source_node && late_target_[k] == target_node;
+  for (const LinkEnds& late : late_ends_) found |= late == ends;
   return found || start_->contains(source_node, target_node);
 }
 
@@ -43,46 +58,40 @@ void Genome::set_enabled(std::uint32_t i, bool on) {
 
 void Genome::insert(const Link& link) {
   const auto place = std::upper_bound(late_innovation_.begin(), late_innovation_.end(), link.innovation);
-  const auto k = place - late_innovation_.begin();
+  const auto k = static_cast<std::size_t>(place - late_innovation_.begin());
   const std::uint32_t i = start_links() + static_cast<std::uint32_t>(k);
-  late_innovation_.insert(place, link.innovation);
-  late_source_.insert(late_source_.begin() + k, link.source);
-  late_target_.insert(late_target_.begin() + k, link.target);
-  weight_.insert(weight_.begin() + i, link.weight);
+  insert_at(late_innovation_, k, link.innovation);
+  insert_at(late_ends_, k, LinkEnds(link.source, link.target));
+  insert_at(weight_, i, link.weight);
   const std::uint32_t count = links();
-  if (count > enabled_.size() * 64) enabled_.push_back(0);
+  if (count > enabled_.size() * 64) insert_at(enabled_, enabled_.size(), std::uint64_t{0});
   for (std::uint32_t j = count - 1; j > i; --j) set_enabled(j, enabled(j - 1));
   set_enabled(i, link.enabled);
 }
 
-std::uint32_t Genome::node_place(std::uint32_t node) const {
-  if (node >= start_->first_output() && node < start_->first_hidden()) return node - start_->first_output();
-  // Hidden nodes of the start come first and without gaps.
-  const std::uint32_t from_start = node - start_->first_hidden();
-  if (node >= start_->first_hidden() && from_start < start_->hidden) return outputs() + from_start;
-  const auto place = std::lower_bound(hidden_.begin(), hidden_.end(), node);
+std::uint32_t Genome::late_node_place(std::uint32_t node) const {
+  const auto place = std::lower_bound(hidden_.begin() + start_->hidden, hidden_.end(), node);
   if (place == hidden_.end() || *place != node) return computed_nodes();
   return outputs() + static_cast<std::uint32_t>(place - hidden_.begin());
 }
 
 void Genome::insert_hidden(std::uint32_t node, Activation f, float bias) {
-  const auto place = std::lower_bound(hidden_.begin(), hidden_.end(), node);
-  const auto k = static_cast<std::ptrdiff_t>(outputs()) + (place - hidden_.begin());
-  hidden_.insert(place, node);
-  activation_.insert(activation_.begin() + k, static_cast<std::uint8_t>(f));
-  bias_.insert(bias_.begin() + k, bias);
+  const auto j =
+      static_cast<std::size_t>(std::lower_bound(hidden_.begin(), hidden_.end(), node) - hidden_.begin());
+  insert_at(hidden_, j, node);
+  insert_at(activation_, outputs() + j, static_cast<std::uint8_t>(f));
+  insert_at(bias_, outputs() + j, bias);
 }
 
 std::size_t Genome::bytes() const {
-  return hidden_.size() * 4 + activation_.size() + bias_.size() * 4 + late_innovation_.size() * 12 +
-         weight_.size() * 4 + enabled_.size() * 8;
+  return sizeof(*this) + bytes_of(hidden_) + bytes_of(activation_) + bytes_of(bias_) +
+         bytes_of(late_innovation_) + bytes_of(late_ends_) + bytes_of(weight_) + bytes_of(enabled_);
 }
 
 bool Genome::operator==(const Genome& other) const {
   return *start_ == *other.start_ && hidden_ == other.hidden_ && activation_ == other.activation_ &&
          bias_ == other.bias_ && late_innovation_ == other.late_innovation_ &&
-         late_source_ == other.late_source_ && late_target_ == other.late_target_ &&
-         weight_ == other.weight_ && enabled_ == other.enabled_;
+         late_ends_ == other.late_ends_ && weight_ == other.weight_ && enabled_ == other.enabled_;
 }
 
 proto::Genome to_proto(const Genome& genome) {

@@ -4,8 +4,8 @@
 // Nodes are numbered 0 .. inputs-1 (inputs), inputs (bias), then outputs, then hidden nodes in order of
 // birth. Links are sorted by innovation. The links every genome starts with (its StartStructure) are stored
 // once for the whole population: of them a genome keeps its weights and flags alone, 4.1 bytes a gene; of the
-// links that came later it keeps innovation, source and target as well, 16.1 bytes. Links are never deleted,
-// so that the start structure stays a prefix of every genome.
+// links that came later it keeps innovation, source and target as well, 14.1 bytes, and of a hidden node 9.
+// Links are never deleted, so that the start structure stays a prefix of every genome.
 #pragma once
 
 #include <cstdint>
@@ -26,6 +26,25 @@ struct Link {
   bool enabled = true;
   bool operator==(const Link&) const = default;
 };
+
+// A run numbers fewer nodes than this.
+inline constexpr std::uint32_t kMaxNodeNumbers = 1u << 24;
+
+// Source and target of a link in six bytes.
+class LinkEnds {
+ public:
+  LinkEnds(std::uint32_t source, std::uint32_t target)
+      : low_{static_cast<std::uint16_t>(source), static_cast<std::uint16_t>(target)},
+        high_{static_cast<std::uint8_t>(source >> 16), static_cast<std::uint8_t>(target >> 16)} {}
+  std::uint32_t source() const { return low_[0] | static_cast<std::uint32_t>(high_[0]) << 16; }
+  std::uint32_t target() const { return low_[1] | static_cast<std::uint32_t>(high_[1]) << 16; }
+  bool operator==(const LinkEnds&) const = default;
+
+ private:
+  std::uint16_t low_[2];
+  std::uint8_t high_[2];
+};
+static_assert(sizeof(LinkEnds) == 6);
 
 // The links that all genomes of a population start with. Immutable and shared. Link i has innovation i + 1.
 // Consecutive links with one target form a segment, in which sources ascend.
@@ -71,10 +90,10 @@ class Genome {
     return i < start_links() ? i + 1 : late_innovation_[i - start_links()];
   }
   std::uint32_t source(std::uint32_t i) const {
-    return i < start_links() ? start_->source[i] : late_source_[i - start_links()];
+    return i < start_links() ? start_->source[i] : late_ends_[i - start_links()].source();
   }
   std::uint32_t target(std::uint32_t i) const {
-    return i < start_links() ? start_->target[i] : late_target_[i - start_links()];
+    return i < start_links() ? start_->target[i] : late_ends_[i - start_links()].target();
   }
   float weight(std::uint32_t i) const { return weight_[i]; }
   bool enabled(std::uint32_t i) const { return (enabled_[i / 64] >> (i % 64) & 1) != 0; }
@@ -94,7 +113,12 @@ class Genome {
     return k < outputs() ? start_->first_output() + k : hidden_[k - outputs()];
   }
   // Place of a node among those that compute; computed_nodes() if the genome has no such node.
-  std::uint32_t node_place(std::uint32_t node) const;
+  std::uint32_t node_place(std::uint32_t node) const {
+    // Outputs and the hidden nodes of the start come first and without gaps.
+    const std::uint32_t from_outputs = node - start_->first_output();
+    if (from_outputs < start_->outputs + start_->hidden) return from_outputs;
+    return late_node_place(node);
+  }
   Activation activation(std::uint32_t place) const { return static_cast<Activation>(activation_[place]); }
   float bias(std::uint32_t place) const { return bias_[place]; }
   void set_activation(std::uint32_t place, Activation f) {
@@ -111,19 +135,21 @@ class Genome {
   std::span<std::uint64_t> flags() { return enabled_; }
   std::span<const std::uint64_t> flags() const { return enabled_; }
   std::span<const std::uint32_t> late_innovation() const { return late_innovation_; }
-  std::span<const std::uint32_t> late_source() const { return late_source_; }
-  std::span<const std::uint32_t> late_target() const { return late_target_; }
+  std::span<const LinkEnds> late_ends() const { return late_ends_; }
 
-  std::size_t bytes() const;  // of its columns, shared ones left out
+  std::size_t bytes() const;  // of memory, columns and what they keep in reserve; shared ones left out
   bool operator==(const Genome& other) const;
 
  private:
+  std::uint32_t late_node_place(std::uint32_t node) const;
+
   std::uint64_t id_ = 0;
   std::shared_ptr<const StartStructure> start_;
   std::vector<std::uint32_t> hidden_;
   std::vector<std::uint8_t> activation_;
   std::vector<float> bias_;
-  std::vector<std::uint32_t> late_innovation_, late_source_, late_target_;
+  std::vector<std::uint32_t> late_innovation_;
+  std::vector<LinkEnds> late_ends_;
   std::vector<float> weight_;
   std::vector<std::uint64_t> enabled_;
 };

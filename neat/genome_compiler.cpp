@@ -29,9 +29,9 @@ void GenomeCompiler::count_links(const Genome& genome) {
   count_.assign(genome.computed_nodes(), 0);
   for (const StartStructure::Segment& s : genome.start().segment)
     count_[genome.node_place(s.target)] += count_enabled(genome.flags(), s.first, s.count);
-  const auto target = genome.late_target();
-  for (std::uint32_t k = 0; k < target.size(); ++k)
-    if (genome.enabled(genome.start_links() + k)) ++count_[genome.node_place(target[k])];
+  const auto ends = genome.late_ends();
+  for (std::uint32_t k = 0; k < ends.size(); ++k)
+    if (genome.enabled(genome.start_links() + k)) ++count_[genome.node_place(ends[k].target())];
 }
 
 // Enabled links between nodes that compute, then sorted by source.
@@ -49,9 +49,10 @@ void GenomeCompiler::gather_edges(const Genome& genome) {
     const std::uint32_t to = genome.node_place(s.target);
     for (std::uint32_t i = s.first; i < s.first + s.count; ++i) add(i, start.source[i], to);
   }
-  const auto source = genome.late_source(), target = genome.late_target();
-  for (std::uint32_t k = 0; k < source.size(); ++k)
-    if (source[k] >= start.first_output()) add(start.links() + k, source[k], genome.node_place(target[k]));
+  const auto ends = genome.late_ends();
+  for (std::uint32_t k = 0; k < ends.size(); ++k)
+    if (ends[k].source() >= start.first_output())
+      add(start.links() + k, ends[k].source(), genome.node_place(ends[k].target()));
 
   edge_first_.assign(genome.computed_nodes() + 2, 0);
   for (const std::uint32_t from : edge_from_) ++edge_first_[from + 2];
@@ -139,30 +140,49 @@ void GenomeCompiler::fill_links(const Genome& genome) {
         if (genome.enabled(i)) append(place, value_of(genome, start.source[i]), genome.weight(i));
     } else {
       copy_enabled(genome, s, end_[place]);
+      sorted_[place] = end_[place];
     }
   }
-  const auto source = genome.late_source(), target = genome.late_target();
-  for (std::uint32_t k = 0; k < source.size(); ++k) {
-    const std::uint32_t i = start.links() + k, place = genome.node_place(target[k]);
-    if (genome.enabled(i) && live_[place] != 0) append(place, value_of(genome, source[k]), genome.weight(i));
+  const auto ends = genome.late_ends();
+  for (std::uint32_t k = 0; k < ends.size(); ++k) {
+    const std::uint32_t i = start.links() + k;
+    if (!genome.enabled(i)) continue;
+    const std::uint32_t place = genome.node_place(ends[k].target());
+    if (live_[place] != 0) append(place, value_of(genome, ends[k].source()), genome.weight(i));
   }
 }
 
-// Late links stand behind the start's, which ascend already: insertion sort, or a real one for long disorder.
+// The start's links from inputs ascend already. The few behind them are inserted one by one, many are sorted.
 void GenomeCompiler::sort_sources() {
-  for (std::size_t n = 0; n + 1 < first_link_.size(); ++n) {
-    const std::uint32_t begin = first_link_[n], end = first_link_[n + 1];
-    const auto sorted_until =
-        std::is_sorted_until(source_.begin() + begin, source_.begin() + end) - source_.begin();
-    if (sorted_until == end) continue;
-    sorting_.clear();
-    for (std::uint32_t k = begin; k < end; ++k) sorting_.emplace_back(source_[k], weight_[k]);
-    const auto by_source = [](const auto& a, const auto& b) { return a.first < b.first; };  // sources differ
-    const auto middle = sorting_.begin() + (sorted_until - begin);
-    std::sort(middle, sorting_.end(), by_source);
-    std::inplace_merge(sorting_.begin(), middle, sorting_.end(), by_source);
-    for (std::uint32_t k = begin; k < end; ++k) std::tie(source_[k], weight_[k]) = sorting_[k - begin];
+  constexpr std::uint32_t kFew = 16;
+  for (const std::uint32_t place : order_) {
+    const std::uint32_t begin = first_link_[position_[place]], end = end_[place];
+    if (end - sorted_[place] > kFew) {
+      sort_many(begin, sorted_[place], end);
+      continue;
+    }
+    for (std::uint32_t k = std::max(sorted_[place], begin + 1); k < end; ++k) {
+      const std::uint32_t source = source_[k];
+      if (source_[k - 1] < source) continue;
+      const float weight = weight_[k];
+      const auto to =
+          std::lower_bound(source_.begin() + begin, source_.begin() + k, source) - source_.begin();
+      std::copy_backward(source_.begin() + to, source_.begin() + k, source_.begin() + k + 1);
+      std::copy_backward(weight_.begin() + to, weight_.begin() + k, weight_.begin() + k + 1);
+      source_[static_cast<std::size_t>(to)] = source;
+      weight_[static_cast<std::size_t>(to)] = weight;
+    }
   }
+}
+
+void GenomeCompiler::sort_many(std::uint32_t begin, std::uint32_t sorted, std::uint32_t end) {
+  sorting_.clear();
+  for (std::uint32_t k = begin; k < end; ++k) sorting_.emplace_back(source_[k], weight_[k]);
+  const auto by_source = [](const auto& a, const auto& b) { return a.first < b.first; };  // sources differ
+  const auto middle = sorting_.begin() + (sorted - begin);
+  std::sort(middle, sorting_.end(), by_source);
+  std::inplace_merge(sorting_.begin(), middle, sorting_.end(), by_source);
+  for (std::uint32_t k = begin; k < end; ++k) std::tie(source_[k], weight_[k]) = sorting_[k - begin];
 }
 
 NetworkColumns GenomeCompiler::columns(const Genome& genome, int only) {
@@ -171,13 +191,14 @@ NetworkColumns GenomeCompiler::columns(const Genome& genome, int only) {
   order_nodes(genome, only);
   position_.assign(genome.computed_nodes(), 0);
   end_.assign(genome.computed_nodes(), 0);
+  sorted_.assign(genome.computed_nodes(), 0);
   activation_.clear();
   bias_.clear();
   first_link_.assign(1, 0);
   for (std::uint32_t n = 0; n < order_.size(); ++n) {
     const std::uint32_t place = order_[n];
     position_[place] = n;
-    end_[place] = first_link_.back();
+    end_[place] = sorted_[place] = first_link_.back();
     first_link_.push_back(first_link_.back() + count_[place]);
     activation_.push_back(static_cast<std::uint8_t>(genome.activation(place)));
     bias_.push_back(genome.bias(place));

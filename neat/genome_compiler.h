@@ -31,6 +31,7 @@ class GenomeCompiler {
   std::uint32_t value_of(const Genome& genome, std::uint32_t node) const;
   void append(std::uint32_t place, std::uint32_t source, float weight);
   void sort_sources();
+  void sort_many(std::uint32_t begin, std::uint32_t sorted, std::uint32_t end);
 
   bool recurrent_;
   // By place (Genome::node_place).
@@ -39,6 +40,7 @@ class GenomeCompiler {
   std::vector<std::uint32_t> edge_from_, edge_to_, edge_by_source_;  // enabled links between computing nodes
   std::vector<std::uint32_t> order_;                                 // places in evaluation order
   std::vector<std::uint32_t> end_;                                   // where a place's next link goes
+  std::vector<std::uint32_t> sorted_;                                // its links ascend up to here
   // The network's columns.
   std::vector<std::uint8_t> activation_;
   std::vector<float> bias_, weight_;

@@ -19,20 +19,26 @@ float coordinate(std::uint32_t i, std::uint32_t n) {
   return static_cast<float>(2 * static_cast<int>(i) - static_cast<int>(n - 1)) / static_cast<float>(n - 1);
 }
 
-using Batch = std::array<float, kCppnInputs * kBatch>;
+// What a CPPN is asked: x1, y1, x2, y2 and the distance of kBatch pairs of points.
+struct Batch {
+  std::array<float, kCppnInputs* kBatch> in = {};
+  float* x1() { return in.data(); }
+  float* y1() { return in.data() + kBatch; }
+  float* x2() { return in.data() + 2 * kBatch; }
+  float* y2() { return in.data() + 3 * kBatch; }
 
-// Puts 16 sources and one target to the CPPN's inputs.
-void fill_inputs(const float* x1, const float* y1, float x2, float y2, Batch& in) {
-  std::copy_n(x1, kBatch, in.data());
-  std::copy_n(y1, kBatch, in.data() + kBatch);
-  std::fill_n(in.data() + 2 * kBatch, kBatch, x2);
-  std::fill_n(in.data() + 3 * kBatch, kBatch, y2);
-  for (std::uint32_t k = 0; k < kBatch; k += 4) {
-    const __m128 dx = _mm_sub_ps(_mm_set1_ps(x2), _mm_loadu_ps(x1 + k));
-    const __m128 dy = _mm_sub_ps(_mm_set1_ps(y2), _mm_loadu_ps(y1 + k));
-    const __m128 square = _mm_add_ps(_mm_mul_ps(dx, dx), _mm_mul_ps(dy, dy));
-    _mm_storeu_ps(in.data() + 4 * kBatch + k, _mm_sqrt_ps(square));
+  void set_distances() {
+    for (std::uint32_t k = 0; k < kBatch; k += 4) {
+      const __m128 dx = _mm_sub_ps(_mm_loadu_ps(x2() + k), _mm_loadu_ps(x1() + k));
+      const __m128 dy = _mm_sub_ps(_mm_loadu_ps(y2() + k), _mm_loadu_ps(y1() + k));
+      const __m128 square = _mm_add_ps(_mm_mul_ps(dx, dx), _mm_mul_ps(dy, dy));
+      _mm_storeu_ps(in.data() + 4 * kBatch + k, _mm_sqrt_ps(square));
+    }
   }
+};
+
+float limited(float w) {
+  return std::min(std::max(w, -1.0f), 1.0f);
 }
 
 }  // namespace
@@ -44,9 +50,6 @@ std::uint32_t Substrate::add_sheet(std::uint32_t columns, std::uint32_t rows, st
       sheet.x.push_back(coordinate(c, columns));
       sheet.y.push_back(coordinate(r, rows));
     }
-  const std::size_t padded = (sheet.x.size() + kBatch - 1) / kBatch * kBatch;
-  sheet.x.resize(padded, 0.0f);
-  sheet.y.resize(padded, 0.0f);
   sheet_.push_back(std::move(sheet));
   return static_cast<std::uint32_t>(sheet_.size() - 1);
 }
@@ -59,16 +62,16 @@ void Substrate::add_layers(const proto::HyperNeatConfig& config) {
   const auto add_hidden = [&](std::uint32_t columns, std::uint32_t rows) {
     const std::uint32_t sheet = add_sheet(columns, rows, next_node);
     next_node += columns * rows;
-    group_.push_back({last, sheet});
-    if (last == depth) group_.push_back({extras, sheet});
+    group_.push_back({last, sheet, {}});
+    if (last == depth) group_.push_back({extras, sheet, {}});
     bias_sheet_.push_back(sheet);
     last = sheet;
   };
   for (const proto::SubstrateSheet& sheet : config.hidden_sheet()) add_hidden(sheet.columns(), sheet.rows());
   if (config.hidden_sheet_size() == 0) add_hidden(10, 8);
   const std::uint32_t out = add_sheet(outputs_, 1, next_node);
-  group_.push_back({extras, out});
-  group_.push_back({last, out});
+  group_.push_back({extras, out, {}});
+  group_.push_back({last, out, {}});
   bias_sheet_.push_back(out);
   if (!config.bias_output()) bias_sheet_.clear();
 }
@@ -109,26 +112,44 @@ Result<Substrate> Substrate::make(const proto::NeatConfig& config) {
   return substrate;
 }
 
-// Links of one group into one point of its target sheet.
-void Substrate::append_group(const Group& group, const Network& cppn, std::uint32_t point) {
+// Asks the CPPN about every pair of a group: target by target, sources in order.
+void Substrate::paint(Group& group, const Network& cppn) {
   const Sheet &from = sheet_[group.from], &to = sheet_[group.to];
-  const float gain = threshold_ < 1 ? max_weight_ / (1 - threshold_) : 0;
-  // Written without a branch: how many links there will be is not known, room for all is there.
-  std::size_t end = source_.size();
-  source_.resize(end + from.x.size());
-  weight_.resize(end + from.x.size());
-  Batch in;
-  std::array<float, kBatch> out;
-  for (std::uint32_t k = 0; k < from.count; k += kBatch) {
-    fill_inputs(&from.x[k], &from.y[k], to.x[point], to.y[point], in);
-    cppn.activate_columns(in, out, scratch_);
-    const std::uint32_t count = std::min(kBatch, from.count - k);
-    for (std::uint32_t i = 0; i < count; ++i) {
-      const float w = std::min(std::max(out[i], -1.0f), 1.0f), size = std::fabs(w);
-      source_[end] = from.first_node + k + i;
-      weight_[end] = std::copysign((size - threshold_) * gain, w);
-      end += size > threshold_;
+  const std::size_t pairs = std::size_t{from.count} * to.count;
+  group.painted.resize((pairs + kBatch - 1) / kBatch * kBatch);
+  Batch batch;
+  std::uint32_t source = 0, target = 0;
+  for (std::size_t p = 0; p < pairs; p += kBatch) {
+    const auto count = static_cast<std::uint32_t>(std::min<std::size_t>(kBatch, pairs - p));
+    for (std::uint32_t k = 0; k < count;) {
+      const std::uint32_t run = std::min(count - k, from.count - source);
+      std::copy_n(&from.x[source], run, batch.x1() + k);
+      std::copy_n(&from.y[source], run, batch.y1() + k);
+      std::fill_n(batch.x2() + k, run, to.x[target]);
+      std::fill_n(batch.y2() + k, run, to.y[target]);
+      k += run;
+      source += run;
+      if (source == from.count) source = 0, ++target;
     }
+    batch.set_distances();
+    cppn.activate_columns(batch.in, std::span(group.painted).subspan(p, kBatch), scratch_);
+  }
+}
+
+// Links of one group into one point of its target sheet, written without a branch a link: how many there will
+// be is not known, room for all is there.
+void Substrate::append_links(const Group& group, std::uint32_t point) {
+  const Sheet& from = sheet_[group.from];
+  const float gain = threshold_ < 1 ? max_weight_ / (1 - threshold_) : 0;
+  const float* painted = &group.painted[std::size_t{point} * from.count];
+  std::size_t end = source_.size();
+  source_.resize(end + from.count);
+  weight_.resize(end + from.count);
+  for (std::uint32_t i = 0; i < from.count; ++i) {
+    const float w = limited(painted[i]), size = std::fabs(w);
+    source_[end] = from.first_node + i;
+    weight_[end] = std::copysign((size - threshold_) * gain, w);
+    end += size > threshold_;
   }
   source_.resize(end);
   weight_.resize(end);
@@ -136,9 +157,11 @@ void Substrate::append_group(const Group& group, const Network& cppn, std::uint3
 
 // The points of a sheet that computes: their links, group by group.
 void Substrate::express_sheet(std::uint32_t sheet) {
+  for (std::size_t g = 0; g < group_.size(); ++g)
+    if (group_[g].to == sheet) paint(group_[g], cppn_[g]);
   for (std::uint32_t point = 0; point < sheet_[sheet].count; ++point) {
-    for (std::size_t g = 0; g < group_.size(); ++g)
-      if (group_[g].to == sheet) append_group(group_[g], cppn_[g], point);
+    for (const Group& group : group_)
+      if (group.to == sheet) append_links(group, point);
     first_link_.push_back(static_cast<std::uint32_t>(source_.size()));
     activations_.push_back(activation_);
   }
@@ -150,22 +173,22 @@ void Substrate::append_biases(std::uint32_t sheet) {
   const auto output = std::find(bias_sheet_.begin(), bias_sheet_.end(), sheet);
   if (output == bias_sheet_.end()) return bias_.resize(bias_.size() + points.count, 0.0f);
   const Network& cppn = cppn_[group_.size() + static_cast<std::size_t>(output - bias_sheet_.begin())];
+  Batch batch;
+  std::array<float, kBatch> out;
   for (std::uint32_t k = 0; k < points.count; k += kBatch) {
-    Batch in;
-    std::array<float, kBatch> out;
-    fill_inputs(&points.x[k], &points.y[k], 0, 0, in);  // distances; then the points become the targets
-    std::copy_n(in.begin(), 2 * kBatch, in.begin() + 2 * kBatch);
-    std::fill_n(in.begin(), 2 * kBatch, 0.0f);
-    cppn.activate_columns(in, out, scratch_);
-    for (std::uint32_t i = 0; i < std::min(kBatch, points.count - k); ++i)
-      bias_.push_back(std::min(std::max(out[i], -1.0f), 1.0f) * max_weight_);
+    const std::uint32_t count = std::min(kBatch, points.count - k);
+    std::copy_n(&points.x[k], count, batch.x2());
+    std::copy_n(&points.y[k], count, batch.y2());
+    batch.set_distances();
+    cppn.activate_columns(batch.in, out, scratch_);
+    for (std::uint32_t i = 0; i < count; ++i) bias_.push_back(limited(out[i]) * max_weight_);
   }
 }
 
 Network Substrate::express(const Genome& cppn, GenomeCompiler& compiler) {
   cppn_.clear();  // one network an output: only what that output needs is computed
   for (std::uint32_t o = 0; o < cppn_outputs(); ++o)
-    cppn_.push_back(Network::from_columns(compiler.columns(cppn, static_cast<int>(o))).value());
+    cppn_.push_back(Network::from_sound_columns(compiler.columns(cppn, static_cast<int>(o))));
   first_link_.assign(1, 0);
   source_.clear();
   weight_.clear();
@@ -174,15 +197,14 @@ Network Substrate::express(const Genome& cppn, GenomeCompiler& compiler) {
   output_node_.clear();
   for (std::uint32_t sheet = 2; sheet < sheet_.size(); ++sheet) express_sheet(sheet);  // 0: depth, 1: extras
   for (std::uint32_t o = 0; o < outputs_; ++o) output_node_.push_back(sheet_.back().first_node + o);
-  return Network::from_columns({.inputs = inputs_,
-                                .recurrent = false,
-                                .activation = activations_,
-                                .bias = bias_,
-                                .first_link = first_link_,
-                                .source = source_,
-                                .weight = weight_,
-                                .output_node = output_node_})
-      .value();
+  return Network::from_sound_columns({.inputs = inputs_,
+                                      .recurrent = false,
+                                      .activation = activations_,
+                                      .bias = bias_,
+                                      .first_link = first_link_,
+                                      .source = source_,
+                                      .weight = weight_,
+                                      .output_node = output_node_});
 }
 
 }  // namespace evograsp::neat

@@ -47,16 +47,18 @@ class Substrate {
   struct Sheet {
     std::uint32_t first_node = 0;  // node number of its first point in the network
     std::uint32_t count = 0;
-    std::vector<float> x, y;  // padded to whole batches
+    std::vector<float> x, y;
   };
   struct Group {
     std::uint32_t from = 0, to = 0;  // sheets
+    std::vector<float> painted;      // what the CPPN says of each pair: working storage
   };
 
   std::uint32_t add_sheet(std::uint32_t columns, std::uint32_t rows, std::uint32_t first_node);
   void add_layers(const proto::HyperNeatConfig& config);
   void express_sheet(std::uint32_t sheet);
-  void append_group(const Group& group, const Network& cppn, std::uint32_t point);
+  void paint(Group& group, const Network& cppn);
+  void append_links(const Group& group, std::uint32_t point);
   void append_biases(std::uint32_t sheet);
 
   std::uint32_t inputs_ = 0, outputs_ = 0;

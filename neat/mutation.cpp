@@ -48,9 +48,9 @@ void mutate_weights(Genome& genome, const proto::NeatConfig& config, Random& ran
   if (start.scale.empty() && start.depth_scale == 1.0f)
     return kernel.mutate(weight, nullptr, genome.links(), random.take(genome.links()), step);
   kernel.mutate(weight, start.scale.data(), start.links(), random.take(start.links()), step);
-  const auto source = genome.late_source();
-  for (std::size_t k = 0; k < source.size(); ++k) {
-    const float scale = start.scale_of(source[k]);
+  const auto ends = genome.late_ends();
+  for (std::size_t k = 0; k < ends.size(); ++k) {
+    const float scale = start.scale_of(ends[k].source());
     kernel.mutate(weight + start.links() + k, &scale, 1, random.take(1), step);
   }
 }
@@ -63,7 +63,7 @@ Activation draw_activation(const proto::NeatConfig& config, Random& random) {
 
 bool add_node(Genome& genome, const proto::NeatConfig& config, Innovations& innovations, Random& random) {
   const std::uint32_t candidates = enabled_links(genome);
-  if (candidates == 0) return false;
+  if (candidates == 0 || innovations.next_node() >= kMaxNodeNumbers) return false;
   constexpr int kTries = 8;  // only bias links make a draw fail
   for (int t = 0; t < kTries; ++t) {
     const std::uint32_t i = nth_enabled(genome, random.below(candidates));

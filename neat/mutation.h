@@ -15,7 +15,7 @@ void mutate_weights(Genome& genome, const proto::NeatConfig& config, Random& ran
 
 // Splits an enabled link chosen uniformly (those from the bias node excepted: a node behind one would be a
 // second bias). It is disabled; the link into the new node weighs 1, the link out of it what the old one did.
-// Returns false if no link can be split.
+// Returns false if no link can be split, or the run has no node numbers left.
 bool add_node(Genome& genome, const proto::NeatConfig& config, Innovations& innovations, Random& random);
 
 // A new link between nodes that had none, weight drawn from +-initial_weight; feed-forward genomes stay so.

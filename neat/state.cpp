@@ -29,8 +29,10 @@ void store(const Genome& genome, proto::GenomeState& proto) {
     proto.add_bias(genome.bias(k));
   }
   append(proto.mutable_innovation(), genome.late_innovation());
-  append(proto.mutable_source(), genome.late_source());
-  append(proto.mutable_target(), genome.late_target());
+  for (const LinkEnds& ends : genome.late_ends()) {
+    proto.add_source(ends.source());
+    proto.add_target(ends.target());
+  }
   append(proto.mutable_weight(), genome.weights());
   append(proto.mutable_enabled(), genome.flags());
 }
@@ -120,8 +122,8 @@ Status restore_counters(const proto::PopulationState& proto, EvolutionState& sta
       proto.genome_size() != static_cast<int>(state.config.population()))
     return bad("it was made with another topology or population size than the config's");
   if (proto.next_innovation() < state.innovations.next_innovation() ||
-      proto.next_node() < state.innovations.next_node() || !(proto.threshold() >= 0) ||
-      !std::isfinite(proto.threshold()) || !std::isfinite(proto.best()) ||
+      proto.next_node() < state.innovations.next_node() || proto.next_node() > kMaxNodeNumbers ||
+      !(proto.threshold() >= 0) || !std::isfinite(proto.threshold()) || !std::isfinite(proto.best()) ||
       proto.best_generation() > proto.generation())
     return bad("its counters cannot be");
   state.generation = proto.generation();

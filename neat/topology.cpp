@@ -21,9 +21,9 @@ void each_inner_link(const Genome& genome, Visit visit) {
     for (std::uint32_t i = s.first; i < s.first + s.count; ++i)
       if (start.source[i] >= start.first_output()) visit(genome.node_place(start.source[i]), to);
   }
-  const auto source = genome.late_source(), target = genome.late_target();
-  for (std::size_t k = 0; k < source.size(); ++k)
-    if (source[k] >= start.first_output()) visit(genome.node_place(source[k]), genome.node_place(target[k]));
+  for (const LinkEnds& ends : genome.late_ends())
+    if (ends.source() >= start.first_output())
+      visit(genome.node_place(ends.source()), genome.node_place(ends.target()));
 }
 
 Successors successors(const Genome& genome) {

@@ -25,10 +25,11 @@ TEST(NetworkAllocation, NothingOnceTheScratchIsSized) {
     proto.add_first_link(304);
     proto.add_output_node(305);
     const Network network = Network::from_proto(proto).value();
-    std::vector<float> in(20 * 304, 0.5f), out(20);
+    std::vector<float> in(Network::kColumns * 304, 0.5f), out(Network::kColumns);
     Network::Scratch scratch;
     Network::State state;
     network.activate_batch(in, out, 20, scratch);
+    network.activate_columns(in, out, scratch);
     network.step(std::span(in).first(304), std::span(out).first(1), state);
     const std::uint64_t before = testing::allocations();
     for (int k = 0; k < 100; ++k) {

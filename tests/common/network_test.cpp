@@ -125,27 +125,28 @@ TEST(Network, SingleBatchAndColumnsGiveTheSameBitsWithEveryInstructionSet) {
         random_network(random, 1 + random.below(330), 3 + random.below(40), random.uniform(), recurrent);
     const Network network = compiled(proto);
     const std::size_t inputs = proto.inputs();
-    constexpr std::size_t kCount = 37;
+    constexpr std::size_t kColumns = Network::kColumns, kCount = kColumns + 5;
     const std::vector<float> in = random_inputs(random, kCount * inputs);
     std::vector<std::uint32_t> first;
     for (const Isa isa : {Isa::kBaseline, Isa::kAvx2, Isa::kAvx512}) {
       if (!runs_here(isa)) continue;
       force_isa(isa);
       Network::Scratch scratch;
-      std::vector<float> single(kCount * 3), batch(kCount * 3), columns(16 * 3), columns_in(16 * inputs);
+      std::vector<float> single(kCount * 3), batch(kCount * 3), columns(kColumns * 3),
+          columns_in(kColumns * inputs);
       for (std::size_t r = 0; r < kCount; ++r)
         network.activate(std::span(in).subspan(r * inputs, inputs), std::span(single).subspan(r * 3, 3),
                          scratch, 3);
       network.activate_batch(in, batch, kCount, scratch, 3);
-      for (std::size_t c = 0; c < 16; ++c)
-        for (std::size_t i = 0; i < inputs; ++i) columns_in[i * 16 + c] = in[c * inputs + i];
+      for (std::size_t c = 0; c < kColumns; ++c)
+        for (std::size_t i = 0; i < inputs; ++i) columns_in[i * kColumns + c] = in[c * inputs + i];
       network.activate_columns(columns_in, columns, scratch, 3);
       if (first.empty()) first = bits(single);
       EXPECT_EQ(bits(single), first) << name(isa) << ", trial " << trial;
       EXPECT_EQ(bits(batch), first) << name(isa) << ", batch, trial " << trial;
-      for (std::size_t c = 0; c < 16; ++c)
+      for (std::size_t c = 0; c < kColumns; ++c)
         for (std::size_t o = 0; o < 3; ++o)
-          ASSERT_EQ(std::bit_cast<std::uint32_t>(columns[o * 16 + c]), first[c * 3 + o])
+          ASSERT_EQ(std::bit_cast<std::uint32_t>(columns[o * kColumns + c]), first[c * 3 + o])
               << name(isa) << ", columns";
     }
   }
