@@ -97,8 +97,9 @@ Result<std::string> draw_input(const Picture& picture) {
   sim::Overlay overlay(*view);
   if (picture.trial.bounding_box) {
     const std::size_t target = static_cast<std::size_t>(picture.trial.target);
-    const Vec3 centre =
-        picture.trial.placements.pose[target] * from_proto(picture.what.objects[target].centre_of_mass());
+    const Vec3 centre = picture.trial.placements.pose[target] *
+                        Vec3(picture.trial.placements.scale_of(target) *
+                             from_proto(picture.what.objects[target].centre_of_mass()));
     if (const auto at = picture.depth_camera.project(centre)) {
       const sim::Pixel low = to_view(at->u - config.box_width() / 2.0, at->v - config.box_height() / 2.0);
       const sim::Pixel high = to_view(at->u + config.box_width() / 2.0, at->v + config.box_height() / 2.0);
@@ -122,7 +123,8 @@ Result<std::string> draw_depth(const Picture& picture) {
     bodies->push_back(std::move(*body));
   }
   const sim::RayCaster caster(std::move(bodies), picture.what.experiment.scene().table_half_size());
-  const sim::PosedScene scene(caster, picture.trial.placements.pose, picture.trial.placements.present);
+  const sim::PosedScene scene(caster, picture.trial.placements.pose, picture.trial.placements.present,
+                              picture.trial.placements.scale);
   return sim::encode_png(sim::render_depth(scene, camera, kDepthUnitsPerMetre));
 }
 
@@ -143,7 +145,7 @@ Status draw(const Options& options) {
   const assets::ResolvedExperiment& what = trial->session->experiment();
   auto camera = sim::Camera::create(what.experiment.camera());
   if (!camera) return tl::unexpected(camera.error());
-  Picture picture{options, *trial, what, *camera, 0, 0, std::nullopt};
+  Picture picture{options, *trial, what, camera->of_placement(trial->placements.seed), 0, 0, std::nullopt};
   if (Status s = parse_size(options.size, &picture.width, &picture.height); !s) return s;
   if (trial->tool && !options.depth && !options.input) {
     auto grasp = trial->session->get_quality(trial->target, *trial->tool);

@@ -30,6 +30,7 @@ Json placements_json(const Trial& trial) {
     if (trial.placements.present[i]) {
       one.update(to_json(trial.placements.pose[i]));
       one["resting"] = trial.placements.resting[i];
+      one["scale"] = trial.placements.scale_of(i);
     }
     out.push_back(std::move(one));
   }

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "common/det_math.h"
+#include "common/random.h"
 
 namespace evograsp::sim {
 namespace {
@@ -18,11 +19,7 @@ Vec3 unit(const Vec3& v) {
   return v / std::sqrt(dot(v, v));
 }
 
-// Image up is world z projected; looking straight up or down, it is world x.
-Pose looking(const Vec3& eye, const Vec3& target) {
-  const Vec3 forward = unit(target - eye);
-  const bool along_z = std::fabs(forward.x()) < 1e-9 && std::fabs(forward.y()) < 1e-9;
-  const Vec3 up = along_z ? Vec3(1, 0, 0) : Vec3(0, 0, 1);
+Pose looking(const Vec3& eye, const Vec3& forward, const Vec3& up) {
   const Vec3 right = unit(cross(forward, up));
   Pose pose;
   pose.rotation.col(0) = right;
@@ -31,6 +28,15 @@ Pose looking(const Vec3& eye, const Vec3& target) {
   pose.position = eye;
   return pose;
 }
+
+// Image up is world z projected; looking straight up or down, it is world x.
+Pose looking(const Vec3& eye, const Vec3& target) {
+  const Vec3 forward = unit(target - eye);
+  const bool along_z = std::fabs(forward.x()) < 1e-9 && std::fabs(forward.y()) < 1e-9;
+  return looking(eye, forward, along_z ? Vec3(1, 0, 0) : Vec3(0, 0, 1));
+}
+
+constexpr std::uint64_t kPoseStream = 4000000;  // of the domain randomisation
 
 }  // namespace
 
@@ -52,7 +58,24 @@ Result<Camera> Camera::create(const proto::CameraConfig& config) {
   if (!is_finite(eye) || !(dot(eye, eye) > 1e-6) || dot(eye, eye) > 1e6)
     return fail(ErrorCode::kInvalid, "camera: eye must lie 1 mm to 1 km from the origin, which it looks at");
   camera.pose_ = looking(eye, Vec3::Zero());
+  camera.eye_jitter_ = config.eye_jitter(), camera.aim_jitter_ = config.aim_jitter();
+  if (!(camera.eye_jitter_ >= 0 && camera.aim_jitter_ >= 0) ||
+      !(std::sqrt(dot(eye, eye)) > 2 * (camera.eye_jitter_ + camera.aim_jitter_)))
+    return fail(ErrorCode::kInvalid,
+                "camera: eye_jitter and aim_jitter together must stay below half the eye's distance");
   return camera;
+}
+
+Camera Camera::of_placement(std::uint64_t seed) const {
+  if (eye_jitter_ == 0 && aim_jitter_ == 0) return *this;
+  Random random(seed, Purpose::kDomain, 0, kPoseStream);
+  double move[5];
+  for (double& m : move) m = random.uniform(-1, 1);
+  const Vec3 eye = pose_.position + eye_jitter_ * Vec3(move[0], move[1], move[2]);
+  const Vec3 aim = aim_jitter_ * Vec3(move[3], move[4], 0);
+  Camera moved = *this;
+  moved.pose_ = looking(eye, unit(aim - eye), -pose_.rotation.col(1));
+  return moved;
 }
 
 Camera Camera::look_at(const Vec3& eye, const Vec3& target, int width, int height, double fov_height_rad) {

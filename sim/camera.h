@@ -5,6 +5,7 @@
 // [-0.5, h - 0.5]. The world origin lies on the optical axis: it lands on (cx, cy).
 #pragma once
 
+#include <cstdint>
 #include <optional>
 
 #include "common/pose.h"
@@ -34,6 +35,10 @@ class Camera {
   // tall.
   static Camera look_at(const Vec3& eye, const Vec3& target, int width, int height, double fov_height_rad);
 
+  // The camera of one placement: its seed moves the eye and the point looked at by the config's jitter; roll
+  // stays.
+  Camera of_placement(std::uint64_t seed) const;
+
   // The same view on another number of pixels, cut or widened at the sides where the shape differs; sees from
   // 1 cm on.
   Camera resized(int width, int height) const;
@@ -59,6 +64,7 @@ class Camera {
  private:
   int width_ = 0, height_ = 0;
   double fx_ = 0, fy_ = 0, cx_ = 0, cy_ = 0, near_ = 0, far_ = 0;
+  double eye_jitter_ = 0, aim_jitter_ = 0;
   Pose pose_;
 };
 

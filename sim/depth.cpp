@@ -57,13 +57,14 @@ Result<DepthCamera> DepthCamera::create(const proto::Experiment& experiment,
   return out;
 }
 
-Result<Pixel> DepthCamera::draw_click(const PosedScene& scene, const ImageBox& box, std::uint64_t seed,
-                                      int target, int click) const {
-  const PixelRange range = pixels_of(box, camera_);
+Result<Pixel> DepthCamera::draw_click(const View& view, const ImageBox& box, std::uint64_t seed, int target,
+                                      int click) const {
+  const Camera& camera = view.camera;
+  const PixelRange range = pixels_of(box, camera);
   const auto visible = [&](int u, int v) {
     const Hit hit =
-        scene.cast(camera_.ray({static_cast<double>(u), static_cast<double>(v)}), 0, camera_.far());
-    return hit.body == target && hit.t >= camera_.near();
+        view.scene.cast(camera.ray({static_cast<double>(u), static_cast<double>(v)}), 0, camera.far());
+    return hit.body == target && hit.t >= camera.near();
   };
   if (!range.empty()) {
     Random random(seed, Purpose::kClick, static_cast<std::uint64_t>(target),
@@ -87,39 +88,49 @@ Result<Pixel> DepthCamera::draw_click(const PosedScene& scene, const ImageBox& b
                   " is visible: it is hidden by other objects or out of the camera's range");
 }
 
-Ray DepthCamera::cell_ray(const Pixel& centre, bool bounding_box, int column, int row) const {
+Ray DepthCamera::cell_ray(const View& view, bool bounding_box, int column, int row) const {
   const double columns = config_.columns(), rows = config_.rows();
+  const Camera& camera = view.camera;
   if (!bounding_box)
-    return camera_.ray(
-        {(column + 0.5) * camera_.width() / columns - 0.5, (row + 0.5) * camera_.height() / rows - 0.5});
-  return camera_.ray({centre.u + ((column + 0.5) / columns - 0.5) * config_.box_width(),
-                      centre.v + ((row + 0.5) / rows - 0.5) * config_.box_height()});
+    return camera.ray(
+        {(column + 0.5) * camera.width() / columns - 0.5, (row + 0.5) * camera.height() / rows - 0.5});
+  return camera.ray({view.centre.u + ((column + 0.5) / columns - 0.5) * config_.box_width(),
+                     view.centre.v + ((row + 0.5) / rows - 0.5) * config_.box_height()});
 }
 
-void DepthCamera::sample(const PosedScene& scene, const Pixel& centre, bool bounding_box, Random* noise,
+void DepthCamera::sample(const View& view, bool bounding_box, Random* noise,
                          std::vector<float>* depth) const {
   const int columns = static_cast<int>(config_.columns()), rows = static_cast<int>(config_.rows());
+  const Camera& camera = view.camera;
   depth->resize(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
   std::size_t i = 0;
   for (int row = 0; row < rows; ++row)
     for (int column = 0; column < columns; ++column) {
-      const Ray ray = cell_ray(centre, bounding_box, column, row);
-      const Hit hit = scene.cast(ray, 0, camera_.far());
+      const Ray ray = cell_ray(view, bounding_box, column, row);
+      const Hit hit = view.scene.cast(ray, 0, camera.far());
       double z = hit.t;
       if (noise) {
         z = hit.body == kNothing
-                ? noisy_nothing(*noise, camera_.far())
-                : noisy_depth(config_.noise(), camera_, ray, scene.normal(ray, hit), z, *noise);
+                ? noisy_nothing(*noise, camera.far())
+                : noisy_depth(config_.noise(), camera, ray, view.scene.normal(ray, hit), z, *noise);
       }
-      (*depth)[i++] = camera_.normalise(z);
+      (*depth)[i++] = camera.normalise(z);
     }
+}
+
+PosedScene DepthCamera::posed(const Placements& placements) const {
+  return PosedScene(caster_, placements.pose, placements.present, placements.scale);
+}
+
+Vec3 DepthCamera::centre_of(const Placements& placements, std::size_t object) const {
+  return placements.pose[object] * Vec3(placements.scale_of(object) * centre_of_mass_[object]);
 }
 
 void DepthCamera::render(const Placements& placements, int target, bool bounding_box,
                          std::vector<float>* depth) const {
-  const std::size_t index = static_cast<std::size_t>(target);
-  const Pixel centre = camera_.project(placements.pose[index] * centre_of_mass_[index]).value_or(Pixel());
-  sample(PosedScene(caster_, placements.pose, placements.present), centre, bounding_box, nullptr, depth);
+  const Camera camera = camera_.of_placement(placements.seed);
+  const Vec3 centre = centre_of(placements, static_cast<std::size_t>(target));
+  sample({camera, posed(placements), camera.project(centre).value_or(Pixel())}, bounding_box, nullptr, depth);
 }
 
 Result<Info> DepthCamera::look(const Placements& placements, int target, int click, bool bounding_box) const {
@@ -131,31 +142,31 @@ Result<Info> DepthCamera::look(const Placements& placements, int target, int cli
     return fail(ErrorCode::kInvalid, "camera: the placements belong to another experiment");
   if (!placements.present[index])
     return fail(ErrorCode::kInvalid, "camera: object " + std::to_string(target) + " is not in this scene");
-  const Pose& X_WB = placements.pose[index];
-  const std::optional<Pixel> centre = camera_.project(X_WB * centre_of_mass_[index]);
-  const std::optional<ImageBox> box = bounds_[index].project(camera_, X_WB);
+  const Camera camera = camera_.of_placement(placements.seed);
+  const std::optional<Pixel> centre = camera.project(centre_of(placements, index));
+  const std::optional<ImageBox> box =
+      bounds_[index].project(camera, placements.pose[index], placements.scale_of(index));
   if (!centre || !box)
     return fail(ErrorCode::kInvalid,
                 "camera: target " + std::to_string(target) + " reaches behind the camera");
 
-  const PosedScene scene(caster_, placements.pose, placements.present);
+  const View view{camera, posed(placements), *centre};
   Info info;
-  const Result<Pixel> pixel = draw_click(scene, *box, placements.seed, target, click);
+  const Result<Pixel> pixel = draw_click(view, *box, placements.seed, target, click);
   if (!pixel) return tl::unexpected(pixel.error());
-  info.click_a = (pixel->u + 0.5) / camera_.width();
-  info.click_b = (pixel->v + 0.5) / camera_.height();
-  info.box_w = std::min(1.0, box->width() / camera_.width());
-  info.box_h = std::min(1.0, box->height() / camera_.height());
-  const Ray click_ray = camera_.ray(*pixel);
-  info.point = click_ray.at(scene.cast(click_ray, 0, camera_.far()).t);
-  info.anchor = workspace_centre_;
-  if (bounding_box) {
-    const Ray ray = camera_.ray(*centre);
-    info.anchor = ray.at(scene.cast(ray, 0, camera_.far()).t);
-  }
+  info.click_a = (pixel->u + 0.5) / camera.width();
+  info.click_b = (pixel->v + 0.5) / camera.height();
+  info.box_w = std::min(1.0, box->width() / camera.width());
+  info.box_h = std::min(1.0, box->height() / camera.height());
+  const auto surface = [&](const Pixel& at) {
+    const Ray ray = camera.ray(at);
+    return ray.at(view.scene.cast(ray, 0, camera.far()).t);
+  };
+  info.point = surface(*pixel);
+  info.anchor = bounding_box ? surface(*centre) : workspace_centre_;
   Random noise(placements.seed, Purpose::kSensorNoise, static_cast<std::uint64_t>(target),
                static_cast<std::uint64_t>(click));
-  sample(scene, *centre, bounding_box, config_.has_noise() ? &noise : nullptr, &info.depth);
+  sample(view, bounding_box, config_.has_noise() ? &noise : nullptr, &info.depth);
   return info;
 }
 

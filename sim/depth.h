@@ -22,7 +22,7 @@ class DepthCamera {
   static Result<DepthCamera> create(const proto::Experiment& experiment,
                                     const std::vector<proto::ObjectBundle>& objects);
 
-  const Camera& camera() const { return camera_; }
+  const Camera& camera() const { return camera_; }  // as configured, without jitter
   const RayCaster& caster() const { return caster_; }
 
   // cmd_get_info. depth: columns x rows rays through the centres of the cells that divide the whole image, or
@@ -37,11 +37,18 @@ class DepthCamera {
   void render(const Placements& placements, int target, bool bounding_box, std::vector<float>* depth) const;
 
  private:
-  Result<Pixel> draw_click(const PosedScene& scene, const ImageBox& box, std::uint64_t seed, int target,
+  // What one placement looks like.
+  struct View {
+    Camera camera;
+    PosedScene scene;
+    Pixel centre;  // of the target's centre of mass
+  };
+  Result<Pixel> draw_click(const View& view, const ImageBox& box, std::uint64_t seed, int target,
                            int click) const;
-  Ray cell_ray(const Pixel& centre, bool bounding_box, int column, int row) const;
-  void sample(const PosedScene& scene, const Pixel& centre, bool bounding_box, Random* noise,
-              std::vector<float>* depth) const;
+  Ray cell_ray(const View& view, bool bounding_box, int column, int row) const;
+  void sample(const View& view, bool bounding_box, Random* noise, std::vector<float>* depth) const;
+  PosedScene posed(const Placements& placements) const;
+  Vec3 centre_of(const Placements& placements, std::size_t object) const;
 
   proto::CameraConfig config_;
   Vec3 workspace_centre_ = Vec3::Zero();

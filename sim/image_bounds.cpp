@@ -29,9 +29,10 @@ std::optional<double> largest_ratio(const Solid& part, const Vec3& axis, const V
 
 }  // namespace
 
-std::optional<ImageBox> ImageBounds::project(const Camera& camera, const Pose& X_WB) const {
+std::optional<ImageBox> ImageBounds::project(const Camera& camera, const Pose& X_WB, double scale) const {
   const Mat3 r = X_WB.rotation.transpose() * camera.pose().rotation;  // camera axes in the body frame
-  const Vec3 eye = X_WB.inverse() * camera.eye();
+  // A body twice as large looks as it does from half as far.
+  const Vec3 eye = (X_WB.inverse() * camera.eye()) / scale;
   const Vec3 right = r.col(0), down = r.col(1), forward = r.col(2);
   const std::array<Vec3, 4> axes = {Vec3(-right), right, Vec3(-down), down};
   std::array<double, 4> extreme = {-1e300, -1e300, -1e300, -1e300};

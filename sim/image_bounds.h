@@ -27,10 +27,10 @@ class ImageBounds {
   ImageBounds() = default;
   explicit ImageBounds(std::vector<Solid> parts) : parts_(std::move(parts)) {}
 
-  // The tightest box around the projection of the body at X_WB, exact to 1e-9 pixels: each side maximises the
-  // ratio (n . p) / depth over the parts by Dinkelbach's iteration on their support points (Dinkelbach,
-  // Management Science 13, 1967). Nothing when a part reaches the camera's plane.
-  std::optional<ImageBox> project(const Camera& camera, const Pose& X_WB) const;
+  // The tightest box around the projection of the body at X_WB, `scale` times as large, exact to 1e-9 pixels:
+  // each side maximises the ratio (n . p) / depth over the parts by Dinkelbach's iteration on their support
+  // points (Dinkelbach, Management Science 13, 1967). Nothing when a part reaches the camera's plane.
+  std::optional<ImageBox> project(const Camera& camera, const Pose& X_WB, double scale = 1) const;
 
  private:
   std::vector<Solid> parts_;

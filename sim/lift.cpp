@@ -5,15 +5,18 @@
 #include <optional>
 
 #include "common/det_math.h"
+#include "common/random.h"
 #include "sim/friction.h"
 #include "sim/lift_world.h"
+#include "sim/scaled.h"
 
 namespace evograsp::sim {
 namespace {
 
-constexpr double kRestSpeed = 0.1;  // of a joint's own: slower fingers are at rest,
-constexpr double kRestTime = 0.05;  // s: when they have been for so long
-constexpr double kSettle = 0.1;     // s: and not before
+constexpr double kRestSpeed = 0.1;              // of a joint's own: slower fingers are at rest,
+constexpr double kRestTime = 0.05;              // s: when they have been for so long
+constexpr double kSettle = 0.1;                 // s: and not before
+constexpr std::uint64_t kMassStream = 3000000;  // of the domain randomisation
 
 Status check(const LiftSetup& setup, const LiftOptions& options) {
   const auto refuse = [](const std::string& why) { return fail(ErrorCode::kInvalid, "lift test: " + why); };
@@ -146,7 +149,14 @@ Result<LiftReport> lift_test(const Simulator& simulator, const Placements& place
   setup.hand = &simulator.hand();
   setup.palm = attempt.palm;
   setup.joints = model->preset();
-  setup.object = &simulator.object(target);
+  double density = 1;
+  if (scene.mass_jitter() > 0) {
+    Random mass(placements.seed, Purpose::kDomain, 0, kMassStream + static_cast<std::uint64_t>(target));
+    density = mass.uniform(1 - scene.mass_jitter(), 1 + scene.mass_jitter());
+  }
+  const proto::ObjectBundle object =
+      scaled(simulator.object(target), placements.scale_of(static_cast<std::size_t>(target)), density);
+  setup.object = &object;
   setup.object_pose = placements.pose[static_cast<std::size_t>(target)];
   setup.mu = mu;
   return lift_test(setup, options);

@@ -61,7 +61,8 @@ struct LiftReport {
 Result<LiftReport> lift_test(const LiftSetup& setup, const LiftOptions& options = {});
 
 // The test of one attempt of a simulator's trial: the hand closes from its preset at the pose where the
-// attempt stopped it. Only the target stands on the table. Friction is the scene's.
+// attempt stopped it. Only the target stands on the table. Friction, size and mass (with the scene's jitter)
+// are the placement's.
 Result<LiftReport> lift_test(const Simulator& simulator, const Placements& placements, int target,
                              const GraspReport& attempt, const LiftOptions& options = {});
 

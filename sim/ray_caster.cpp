@@ -71,19 +71,25 @@ Vec3 RayBody::normal(const Ray& ray_B, double t, int element, double bevel_m) co
 }
 
 PosedScene::PosedScene(const RayCaster& caster, std::span<const Pose> X_WB,
-                       std::span<const std::uint8_t> present)
+                       std::span<const std::uint8_t> present, std::span<const double> scale)
     : caster_(&caster) {
   placed_.reserve(X_WB.size());
   for (std::size_t i = 0; i < X_WB.size(); ++i) {
     if (!present.empty() && !present[i]) continue;
     const BoundingBall& ball = caster.bodies()[i].ball();
-    placed_.push_back({static_cast<int>(i), X_WB[i].inverse(), {X_WB[i] * ball.centre, ball.radius + 1e-9}});
+    const double s = i < scale.size() ? scale[i] : 1;
+    placed_.push_back({static_cast<int>(i),
+                       X_WB[i].inverse(),
+                       1 / s,
+                       {X_WB[i] * Vec3(s * ball.centre), s * ball.radius + 1e-9}});
   }
 }
 
 Ray PosedScene::to_body(const Ray& ray_W, std::size_t i) const {
+  // Origin and direction shrink alike: the ray's parameter stays the depth in the world.
   const Pose& X_BW = placed_[i].X_BW;
-  return {X_BW * ray_W.origin, X_BW.rotation * ray_W.direction};
+  const double shrink = placed_[i].shrink;
+  return {shrink * (X_BW * ray_W.origin), shrink * (X_BW.rotation * ray_W.direction)};
 }
 
 Hit PosedScene::meets_table(const Ray& ray_W, double t_min, double t_max) const {

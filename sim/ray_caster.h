@@ -71,7 +71,9 @@ class RayCaster {
 // Bodies at their poses. A body that is absent is not seen. Holds no reference to the poses.
 class PosedScene {
  public:
-  PosedScene(const RayCaster& caster, std::span<const Pose> X_WB, std::span<const std::uint8_t> present);
+  // No `present`: all are; no `scale`: all as large as modelled.
+  PosedScene(const RayCaster& caster, std::span<const Pose> X_WB, std::span<const std::uint8_t> present,
+             std::span<const double> scale = {});
 
   // What the ray (world) meets first in (t_min, t_max).
   Hit cast(const Ray& ray_W, double t_min, double t_max) const;
@@ -86,7 +88,8 @@ class PosedScene {
 
   struct Placed {
     int index;
-    Pose X_BW;  // world to body
+    Pose X_BW;      // world to body
+    double shrink;  // world's lengths to the body's
     BoundingBall ball_W;
   };
   const RayCaster* caster_;

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "common/det_math.h"
+#include "sim/scaled.h"
 
 namespace evograsp::sim {
 namespace {
@@ -106,7 +107,7 @@ Status add_objects(RenderScene& scene, std::span<const proto::ObjectBundle> obje
                    const Placements& placements) {
   for (std::size_t i = 0; i < objects.size(); ++i) {
     if (i >= placements.pose.size() || !placements.present[i]) continue;
-    Result<RayBody> body = RayBody::create(objects[i]);
+    Result<RayBody> body = RayBody::create(scaled(objects[i], placements.scale_of(i)));
     if (!body) return tl::unexpected(body.error());
     body->smooth();
     scene.solid.push_back(
@@ -147,7 +148,7 @@ Subject subject_of(std::span<const proto::ObjectBundle> objects, const Placement
   for (std::size_t i = 0; i < objects.size(); ++i) {
     if (i >= placements.pose.size() || !placements.present[i]) continue;
     const Vec3& at = placements.pose[i].position;
-    const Vec3 reach = Vec3::Constant(objects[i].footprint_radius());
+    const Vec3 reach = Vec3::Constant(placements.scale_of(i) * objects[i].footprint_radius());
     low = low.cwiseMin(at - reach), high = high.cwiseMax(at + reach);
   }
   if (!(low.x() <= high.x())) return {};

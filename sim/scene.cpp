@@ -11,6 +11,7 @@ namespace {
 // A layout that has refused this many positions for one object is begun again: objects placed first can leave
 // no room.
 constexpr int kTriesBeforeRestart = 64;
+constexpr std::uint64_t kSizeStream = 2000000;  // of the domain randomisation
 
 std::string label(const proto::ObjectBundle& object, std::size_t index) {
   return "object " + std::to_string(index + 1) + " (" + object.name() + ")";
@@ -54,17 +55,19 @@ Result<Scene> Scene::create(const proto::SceneConfig& config, const Camera& came
   return scene;
 }
 
-bool Scene::fits(std::size_t index, const Placements& placements) const {
+bool Scene::fits(std::size_t index, const Placements& placements, const Camera& camera) const {
   const Vec3& at = placements.pose[index].position;
   for (std::size_t j = 0; j < index; ++j) {
     if (!placements.present[j]) continue;
     const double dx = at.x() - placements.pose[j].position.x();
     const double dy = at.y() - placements.pose[j].position.y();
-    const double apart = items_[index].footprint + items_[j].footprint + config_.clearance();
+    const double apart = placements.scale[index] * items_[index].footprint +
+                         placements.scale[j] * items_[j].footprint + config_.clearance();
     if (dx * dx + dy * dy < apart * apart) return false;
   }
-  const std::optional<ImageBox> box = items_[index].bounds.project(camera_, placements.pose[index]);
-  return box && box->inside(camera_);
+  const std::optional<ImageBox> box =
+      items_[index].bounds.project(camera, placements.pose[index], placements.scale[index]);
+  return box && box->inside(camera);
 }
 
 Result<Placements> Scene::shuffle(std::uint64_t seed) const {
@@ -73,6 +76,12 @@ Result<Placements> Scene::shuffle(std::uint64_t seed) const {
   out.pose.assign(items_.size(), Pose());
   out.resting.assign(items_.size(), 0);
   out.present = scene_subset(seed, static_cast<std::uint32_t>(items_.size()), config_.objects_in_scene());
+  out.scale.assign(items_.size(), 1);
+  for (std::size_t k = 0; config_.size_jitter() > 0 && k < items_.size(); ++k) {
+    Random size(seed, Purpose::kDomain, 0, kSizeStream + k);
+    out.scale[k] = size.uniform(1 - config_.size_jitter(), 1 + config_.size_jitter());
+  }
+  const Camera camera = camera_.of_placement(seed);
   Random random(seed, Purpose::kPlacement);
   std::uint64_t tries = 0;
   std::size_t i = 0;
@@ -96,8 +105,8 @@ Result<Placements> Scene::shuffle(std::uint64_t seed) const {
     const std::uint32_t face = random.below(static_cast<std::uint32_t>(item.rotation.size()));
     out.resting[i] = static_cast<std::uint8_t>(face);
     out.pose[i].rotation = rotation_about(Vec3(0, 0, 1), yaw) * item.rotation[face];
-    out.pose[i].position = Vec3(x, y, item.height[face]);
-    if (fits(i, out)) {
+    out.pose[i].position = Vec3(x, y, out.scale[i] * item.height[face]);
+    if (fits(i, out, camera)) {
       ++i;
       refused = 0;
     } else if (++refused >= kTriesBeforeRestart) {

@@ -27,8 +27,9 @@ class Scene {
   //     resting pose, so circles apart are bodies apart),
   //   - the whole projection of every object lies inside the camera's image.
   // Objects are placed in scene order, each by rejection; a layout that leaves no room for the next object is
-  // begun again. Absent objects keep the identity pose. After placement_tries draws in all: an error that
-  // names the object which found no room and what to change.
+  // begun again. Absent objects keep the identity pose. With size_jitter the seed draws each object's size
+  // first, from streams of its own: where things stand changes only as far as their sizes make it. After
+  // placement_tries draws in all: an error that names the object which found no room and what to change.
   Result<Placements> shuffle(std::uint64_t seed) const;
 
  private:
@@ -39,7 +40,7 @@ class Scene {
     std::vector<double> height;
     ImageBounds bounds;
   };
-  bool fits(std::size_t index, const Placements& placements) const;
+  bool fits(std::size_t index, const Placements& placements, const Camera& camera) const;
 
   proto::SceneConfig config_;
   Camera camera_;

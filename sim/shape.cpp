@@ -176,4 +176,17 @@ Aabb bounds(const Shape& s, const Pose& pose) {
   return box;
 }
 
+void set_scaled(const Shape& shape, double factor, Shape& out) {
+  const auto copy = [&](const std::vector<double>& from, std::vector<double>& to) {
+    to.assign(from.begin(), from.end());
+    for (double& v : to) v *= factor;
+  };
+  out.core = shape.core;
+  out.sweep = factor * shape.sweep;
+  out.half = factor * shape.half;
+  copy(shape.x, out.x), copy(shape.y, out.y), copy(shape.z, out.z);
+  out.centre = factor * shape.centre;
+  out.radius = factor * shape.radius;
+}
+
 }  // namespace evograsp::sim

@@ -54,6 +54,10 @@ struct Shape {
   Vec3 support(const Vec3& direction) const;
 };
 
+// Makes `out` the same shape, `factor` times as large about its frame's origin. Takes no memory once `out`
+// has held as many vertices.
+void set_scaled(const Shape& shape, double factor, Shape& out);
+
 // The smallest axis-aligned box around a posed shape, sweep included; exact.
 Aabb bounds(const Shape& shape, const Pose& pose);
 

@@ -187,7 +187,8 @@ void GraspSimulator::attempt(const Placements& placements, int target, const Pos
   for (Contact& c : slot.contacts) c.mu = friction_.mu(target, c.link, placements.seed);
   m.contacts = static_cast<int>(slot.contacts.size());
   m.outcome = m.contacts > 0 ? proto::GRASPED : proto::MISSED;
-  m.quality = slot.quality(slot.contacts, m.o, world_->torque_scale(target));
+  m.quality =
+      slot.quality(slot.contacts, m.o, slot.posed.body[static_cast<std::size_t>(target)].torque_scale);
 }
 
 Measurement GraspSimulator::get_quality(const Placements& placements, int target, const Pose& tool,

@@ -26,6 +26,9 @@ struct Placements {
   std::vector<Pose> pose;             // X_WB of each object of the experiment
   std::vector<std::uint8_t> resting;  // index of the resting pose
   std::vector<std::uint8_t> present;  // 0: not in this scene
+  std::vector<double> scale;          // size over the size as modelled; empty: all 1
+
+  double scale_of(std::size_t object) const { return object < scale.size() ? scale[object] : 1; }
 };
 
 // What the network sees (cmd_get_info's answer).
@@ -82,8 +85,8 @@ class Simulator {
 
   virtual std::unique_ptr<Workspace> make_workspace() const = 0;
 
-  // cmd_shuffle: position, yaw and resting face of each object; no overlaps; inside the view. An error after
-  // scene.placement_tries when the scene is too crowded.
+  // cmd_shuffle: position, yaw, resting face and size of each object; no overlaps; inside the view. An error
+  // after scene.placement_tries when the scene is too crowded.
   virtual Result<Placements> shuffle(std::uint64_t seed) const = 0;
 
   // cmd_get_info. The click is a uniformly random visible pixel of the target, drawn by (seed, target,

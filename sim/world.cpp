@@ -12,7 +12,8 @@ bool same_bits(const Pose& a, const Pose& b) {
 }
 
 bool same(const Placements& a, const Placements& b) {
-  if (a.pose.size() != b.pose.size() || a.present != b.present || a.pose.empty()) return false;
+  if (a.pose.size() != b.pose.size() || a.present != b.present || a.scale != b.scale || a.pose.empty())
+    return false;
   for (std::size_t i = 0; i < a.pose.size(); ++i)
     if (!same_bits(a.pose[i], b.pose[i])) return false;
   return true;
@@ -71,33 +72,45 @@ int World::part_count() const {
   return count;
 }
 
+void World::place_body(std::size_t object, PosedWorld& out) const {
+  const Placements& placements = out.placements;
+  PosedWorld::Body body;
+  body.first = static_cast<int>(out.obstacle.size());
+  body.present = object < placements.pose.size() &&
+                 (placements.present.size() <= object || placements.present[object] != 0);
+  if (body.present) {
+    const Pose& X_WB = placements.pose[object];
+    const double scale = placements.scale_of(object);
+    body.centre_of_mass = X_WB * Vec3(scale * objects_[object].centre_of_mass);
+    body.torque_scale = scale * objects_[object].torque_scale;
+    for (std::size_t k = 0; k < objects_[object].part.size(); ++k) {
+      const Part& part = objects_[object].part[k];
+      const Shape* shape = &part.shape;
+      if (scale != 1) {
+        Shape& sized = out.sized[out.obstacle.size()];
+        set_scaled(part.shape, scale, sized);
+        shape = &sized;
+      }
+      const Pose pose = X_WB * Pose{part.pose.rotation, scale * part.pose.position};
+      const Aabb box = bounds(*shape, pose);
+      out.obstacle.push_back({shape, pose, box, static_cast<int>(object), static_cast<int>(k)});
+      body.box.lo = k == 0 ? box.lo : Vec3(body.box.lo.cwiseMin(box.lo));
+      body.box.hi = k == 0 ? box.hi : Vec3(body.box.hi.cwiseMax(box.hi));
+    }
+  }
+  body.count = static_cast<int>(out.obstacle.size()) - body.first;
+  out.body.push_back(body);
+}
+
 void World::place(const Placements& placements, PosedWorld& out) const {
   if (same(placements, out.placements)) return;
   out.placements = placements;
   out.obstacle.clear();
   out.body.clear();
+  if (out.sized.empty()) out.sized.resize(static_cast<std::size_t>(part_count()));
   const Pose table{Mat3::Identity(), Vec3(0, 0, -kTableThickness / 2)};
   out.obstacle.push_back({&table_, table, bounds(table_, table), kTableObject, 0});
-  for (std::size_t i = 0; i < objects_.size(); ++i) {
-    PosedWorld::Body body;
-    body.first = static_cast<int>(out.obstacle.size());
-    body.present =
-        i < placements.pose.size() && (placements.present.size() <= i || placements.present[i] != 0);
-    if (body.present) {
-      const Pose& X_WB = placements.pose[i];
-      body.centre_of_mass = X_WB * objects_[i].centre_of_mass;
-      for (std::size_t k = 0; k < objects_[i].part.size(); ++k) {
-        const Part& part = objects_[i].part[k];
-        const Pose pose = X_WB * part.pose;
-        const Aabb box = bounds(part.shape, pose);
-        out.obstacle.push_back({&part.shape, pose, box, static_cast<int>(i), static_cast<int>(k)});
-        body.box.lo = k == 0 ? box.lo : Vec3(body.box.lo.cwiseMin(box.lo));
-        body.box.hi = k == 0 ? box.hi : Vec3(body.box.hi.cwiseMax(box.hi));
-      }
-    }
-    body.count = static_cast<int>(out.obstacle.size()) - body.first;
-    out.body.push_back(body);
-  }
+  for (std::size_t i = 0; i < objects_.size(); ++i) place_body(i, out);
 }
 
 }  // namespace evograsp::sim

@@ -29,18 +29,20 @@ struct Obstacle {
 Separation distance(const Shape& shape, const Pose& pose, const Obstacle& obstacle,
                     const DistanceOptions& options = {});
 
-// The obstacles of one placement: obstacle 0 is the table, then the objects' parts in scene order. Re-used
-// from trial to trial; allocates only while it grows.
+// The obstacles of one placement, each as large as it says: obstacle 0 is the table, then the objects' parts
+// in scene order. Re-used from trial to trial; allocates only while it grows.
 struct PosedWorld {
   struct Body {
     Aabb box;
     int first = 0, count = 0;  // its obstacles
     Vec3 centre_of_mass = Vec3::Zero();
+    double torque_scale = 0;  // m
     bool present = false;
   };
   std::vector<Obstacle> obstacle;
   std::vector<Body> body;
-  Placements placements;  // what it was built from
+  std::vector<Shape> sized;  // of obstacles that are not as large as modelled, at their own index
+  Placements placements;     // what it was built from
 };
 
 // Immutable and thread-safe.
@@ -54,7 +56,6 @@ class World {
 
   int object_count() const { return static_cast<int>(objects_.size()); }
   int part_count() const;  // obstacles of a full scene
-  double torque_scale(int object) const { return objects_[static_cast<std::size_t>(object)].torque_scale; }
 
  private:
   struct Part {
@@ -66,6 +67,8 @@ class World {
     Vec3 centre_of_mass = Vec3::Zero();
     double torque_scale = 0;
   };
+  void place_body(std::size_t object, PosedWorld& out) const;
+
   std::vector<Object> objects_;
   Shape table_;
 };

@@ -17,6 +17,7 @@ Status shuffle(const sim::Simulator& simulator, const proto::StepRequest& reques
     *object.mutable_pose() = evograsp::to_proto(placements->pose[i]);
     object.set_resting(placements->resting[i]);
     object.set_present(placements->present[i] != 0);
+    if (placements->scale_of(i) != 1) object.set_scale(placements->scale_of(i));
   }
   return {};
 }
