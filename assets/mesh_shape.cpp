@@ -33,12 +33,13 @@ Result<Solid> solid_for(const Mesh& mesh, const std::string& name, std::vector<s
 }  // namespace
 
 Result<Shape> mesh_shape(Mesh mesh, const std::string& name, const proto::Decomposition& settings,
-                         const std::filesystem::path& cache) {
+                         const std::filesystem::path& cache, Centring centring) {
   Shape shape;
   const Result<Solid> solid = solid_for(mesh, name, shape.warnings);
   if (!solid) return tl::unexpected(solid.error());
   shape.solid = *solid;
-  const Vec3 aside(shape.solid.centre.x(), shape.solid.centre.y(), 0);
+  Vec3 aside = shape.solid.centre;
+  if (centring == Centring::kSideways) aside.z() = 0;
   for (Vec3& v : mesh.vertices) v -= aside;
   shape.solid.centre -= aside;
   Result<std::vector<proto::ConvexPart>> parts = decompose(mesh, settings, cache);

@@ -6,6 +6,7 @@
 #include "assets/mesh_import.h"
 #include "assets/mesh_shape.h"
 #include "assets/parts.h"
+#include "assets/resting.h"
 #include "assets/shape.h"
 #include "assets/text.h"
 #include "common/digest.h"
@@ -40,7 +41,8 @@ proto::RestingPose resting_pose(const std::vector<proto::ConvexPart>& parts, con
   return pose;
 }
 
-Result<std::vector<Vec3>> resting_directions(const proto::ObjectFile& file) {
+// What the file says; else a mesh rests on its stable faces and the other shapes as they are modelled.
+Result<std::vector<Vec3>> resting_directions(const proto::ObjectFile& file, const Shape& shape) {
   std::vector<Vec3> directions;
   for (const proto::Vec3& v : file.resting_down()) {
     const Vec3 d = from_proto(v);
@@ -49,6 +51,12 @@ Result<std::vector<Vec3>> resting_directions(const proto::ObjectFile& file) {
       return fail(ErrorCode::kInvalid, "resting_down: a direction must be finite and not zero");
     }
     directions.push_back(d / length);
+  }
+  if (directions.empty() && file.has_mesh()) {
+    std::vector<Vec3> points;
+    for (int i = 0; i + 2 < shape.visual.xyz_size(); i += 3)
+      points.emplace_back(shape.visual.xyz(i), shape.visual.xyz(i + 1), shape.visual.xyz(i + 2));
+    for (const RestingFace& face : resting_faces(points, shape.solid.centre)) directions.push_back(face.down);
   }
   if (directions.empty()) directions.push_back(-Vec3::UnitZ());
   return directions;
@@ -67,7 +75,7 @@ void set_mass(const proto::ObjectFile& file, const Solid& solid, proto::ObjectBu
 
 Result<LoadedObject> finish(const proto::ObjectFile& file, Shape shape, const std::string& source) {
   if (!(shape.solid.volume > 0)) return fail(ErrorCode::kInvalid, source + ": the shape encloses no volume");
-  const Result<std::vector<Vec3>> directions = resting_directions(file);
+  const Result<std::vector<Vec3>> directions = resting_directions(file, shape);
   if (!directions) return fail(directions.error().code, source + ": " + directions.error().message);
   LoadedObject out;
   out.warnings = std::move(shape.warnings);
@@ -99,7 +107,7 @@ struct Origin {
   fs::path cache;
 };
 
-Result<Shape> shape_of_mesh(const proto::MeshShape& shape, const Origin& origin) {
+Result<Shape> shape_of_mesh(const proto::MeshShape& shape, Centring centring, const Origin& origin) {
   const auto imported = [&]() -> Result<Mesh> {
     if (!origin.embedded) return import_mesh(origin.folder / shape.file(), shape.scale());
     const auto bytes = embedded_file("objects/" + shape.file());
@@ -108,7 +116,7 @@ Result<Shape> shape_of_mesh(const proto::MeshShape& shape, const Origin& origin)
   };
   const Result<Mesh> mesh = imported();
   if (!mesh) return tl::unexpected(mesh.error());
-  return mesh_shape(*mesh, shape.file(), shape.decomposition(), origin.cache);
+  return mesh_shape(*mesh, shape.file(), shape.decomposition(), origin.cache, centring);
 }
 
 Result<Shape> build_shape(const proto::ObjectFile& file, const Origin& origin) {
@@ -124,7 +132,8 @@ Result<Shape> build_shape(const proto::ObjectFile& file, const Origin& origin) {
     case proto::ObjectFile::kPlatedMug:
       return plated_mug_shape(file.plated_mug());
     case proto::ObjectFile::kMesh:
-      return shape_of_mesh(file.mesh(), origin);
+      return shape_of_mesh(file.mesh(), file.resting_down().empty() ? Centring::kWholly : Centring::kSideways,
+                           origin);
     case proto::ObjectFile::SHAPE_NOT_SET:
       break;
   }
