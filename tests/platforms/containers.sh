@@ -1,7 +1,7 @@
 # Podman with storage of its own in a network namespace of its own, and the image of the product in it. Sourced.
-# What takes minutes (Debian's base, the runtime packages) is kept in build/platform-cache/.
+# What takes minutes (Debian's base, the runtime packages) is kept in $EVOGRASP_CACHE, for other clones as well.
 # shellcheck shell=bash disable=SC2154
-cache=${EVOGRASP_CACHE:-$(dirname "$bin")/../platform-cache}
+cache=${EVOGRASP_CACHE:-/var/cache/evograsp}
 deploy=$here/../../deploy
 space=evograsp-$$
 
@@ -35,7 +35,7 @@ TEXT
   podman=(podman --root "$cache/podman" --runroot "$cache/podman-run" --tmpdir "$cache/podman-tmp" --storage-driver overlay)
   nsenter --net="/run/netns/$space" "${podman[@]}" system service --time 0 "unix://$folder/podman.sock" 2>service.log &
   service=$!
-  within 10 test -S podman.sock
+  within 60 test -S podman.sock
 }
 
 containers_down() {

@@ -36,7 +36,7 @@ EVOGRASP_TOKEN=0123456789abcdef "$server" --resume run --stay --listen 'tcp://12
   --rendezvous where 2>log &
 server_pid=$!
 trap 'kill $server_pid 2>/dev/null; wait $server_pid 2>/dev/null; rm -rf "$folder"' EXIT
-within 10 test -s where || fail "no server: $(cat log)"
+within 90 test -s where || fail "no server: $(cat log)"
 url=$(sed -n 's/^http = //p' where)
 count=0
 while read -r what first second; do

@@ -56,7 +56,7 @@ cluster_up() {
   local node
   for node in n1 n2 n3 n4; do as_slurm slurmd -N $node; done
   local i
-  for ((i = 0; i < 100; i++)); do
+  for ((i = 0; i < 600; i++)); do
     [ "$(sinfo --noheader --Node --states=idle 2>/dev/null | wc -l)" = 4 ] && return 0
     sleep 0.1
   done

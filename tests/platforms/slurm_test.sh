@@ -33,10 +33,10 @@ node_of() { squeue --noheader --jobs="$1" --states=RUNNING --format=%N; }
 requeued() { [ "$(squeue --noheader --jobs="$1" --format=%r)" = BeginTime ]; }
 # Slurm lets two minutes pass before a job that was queued again; the test does not.
 at_once() {
-  within 10 requeued "$1" || { fail "job $1 was not queued again: $(squeue)"; return; }
+  within 90 requeued "$1" || { fail "job $1 was not queued again: $(squeue)"; return; }
   as_slurm scontrol update job="$1" starttime=now
 }
-within 15 all_work || fail "the workers of the array did not all join: $(tail -n 3 "$run"/slurm/*.log)"
+within 90 all_work || fail "the workers of the array did not all join: $(tail -n 3 "$run"/slurm/*.log)"
 [ "$(stat -c %a "$run/slurm/worker.key")" = 600 ] || fail "others may read the workers' key"
 
 as_slurm srun --overlap --jobid="$server_job" bin/evograsp status --run "$run" >status 2>&1
@@ -49,14 +49,14 @@ log worker-3 | grep -q draining || fail "a worker out of time was not drained"
 as_slurm scancel --signal=USR1 --batch "$server_job"
 at_once "$server_job"
 back() { [ "$(log server | grep -c 'workers: tcp://127.0.0.1')" -ge 2 ]; }
-within 10 back || fail "the server's job did not come back: $(log server)"
+within 90 back || fail "the server's job did not come back: $(log server)"
 find_it_again() { [ "$(welcomes 0)" -ge 2 ]; }
-within 10 find_it_again || fail "a worker did not find the server again by its rendezvous: $(log worker-0)"
+within 90 find_it_again || fail "a worker did not find the server again by its rendezvous: $(log worker-0)"
 
 # A task is cancelled: its worker hands back what it has.
 as_slurm scancel "${array}_0"
 gone() { [ -z "$(squeue --noheader --jobs="${array}_0" 2>/dev/null)" ]; }
-within 10 gone || fail "a cancelled task stays"
+within 90 gone || fail "a cancelled task stays"
 log worker-0 | grep -q draining || fail "a cancelled worker was not drained"
 
 # A node is drained: its task is queued again and runs elsewhere.
@@ -66,13 +66,13 @@ if [ -n "$node" ]; then
   as_slurm scontrol requeue "${array}_1"
   at_once "${array}_1"
   moved() { local now; now=$(node_of "${array}_1"); [ -n "$now" ] && [ "$now" != "$node" ]; }
-  within 10 moved || fail "the task of a drained node does not run elsewhere: $(squeue)"
+  within 90 moved || fail "the task of a drained node does not run elsewhere: $(squeue)"
 else
   fail "the run was over before a node could be drained: raise run.generations"
 fi
 
 finished() { [ -z "$(squeue --noheader 2>/dev/null)" ]; }
-within 40 finished || fail "the run does not end: $(squeue) $(log server | tail -n 5)"
+within 90 finished || fail "the run does not end: $(squeue) $(log server | tail -n 5)"
 log server | grep -q 'finished: ' || fail "the server did not finish: $(log server | tail -n 5)"
 cmp local/champion.pb "$run/champion.pb" || fail "Slurm bred another champion"
 [ ! -e "$run/rendezvous" ] || fail "the server left its rendezvous"

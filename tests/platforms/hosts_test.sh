@@ -1,0 +1,85 @@
+#!/usr/bin/env bash
+# Four hosts: network namespaces with addresses of their own on one bridge, a server and three workers, CURVE on. A link
+# is cut without a word and restored under load, another goes down and up, a stranger knocks. The champion has the
+# bytes of a run on one machine.
+source "$(dirname "$0")/lib.sh"
+[ "$(id -u)" -eq 0 ] || cannot "needs root, for network namespaces"
+for program in ip nft; do command -v $program >/dev/null || cannot "needs $program: deploy/setup.sh --test"; done
+lan=evg$$
+hosts=(master one two three)
+pids=()
+clean_up() {
+  [ ${#pids[@]} -eq 0 ] || kill -KILL "${pids[@]}" 2>/dev/null
+  wait 2>/dev/null
+  for host in "${hosts[@]}" lan; do ip netns del "$lan-$host" 2>/dev/null; done
+  rm -rf "$folder"
+}
+trap clean_up EXIT
+ip netns add "$lan-lan" 2>/dev/null || cannot "may not make network namespaces"
+
+# The switch is in a namespace as well: nothing of the machine's own network is touched.
+ip -n "$lan-lan" link add name lan type bridge
+ip -n "$lan-lan" link set dev lan up
+at=1
+for host in "${hosts[@]}"; do
+  ip netns add "$lan-$host"
+  ip -n "$lan-lan" link add name "to-$host" type veth peer name eth0 netns "$lan-$host"
+  ip -n "$lan-lan" link set dev "to-$host" master lan up
+  ip -n "$lan-$host" link set lo up
+  ip -n "$lan-$host" address add 10.77.0.$at/24 dev eth0
+  ip -n "$lan-$host" link set eth0 up
+  at=$((at + 1))
+done
+on() { # HOST COMMAND...
+  local host=$1
+  shift
+  nsenter --net="/run/netns/$lan-$host" "$@"
+}
+start() { # HOST LOG COMMAND...: sets started
+  nsenter --net="/run/netns/$lan-$1" "${@:3}" 2>"$2" &
+  started=$!
+  pids+=("$started")
+}
+
+small=(--seed 5 --set run.generations=150 --set champion.candidates=4 --set champion.validation_trials=10)
+"$evograsp" train quick --out local --slots 2 --quiet "${small[@]}" || fail "the run on one machine failed"
+
+expect 0 "$evograsp" keygen server.key
+for host in one two three; do expect 0 "$evograsp" keygen $host.key --server server.key --allow workers.allow; done
+expect 0 "$evograsp" keygen stranger.key --server server.key
+EVOGRASP_TOKEN=0123456789abcdef start master log.master "$server" --config quick --run-dir run --stay "${small[@]}" \
+  --listen 'tcp://10.77.0.1:5555' --http 10.77.0.1:8080 --set net.curve_secret_key_file=server.key --set net.curve_allow_file=workers.allow
+for host in one two three; do
+  start $host log.$host "$worker" --connect tcp://10.77.0.1:5555 --identity $host --slots 1 --curve-key-file $host.key
+done
+start one log.stranger "$worker" --connect tcp://10.77.0.1:5555 --identity stranger --slots 1 --curve-key-file stranger.key
+start two log.plain "$worker" --connect tcp://10.77.0.1:5555 --identity plain --slots 1
+
+ask() { on master curl -sf "http://10.77.0.1:8080/api/v1/$1"; }
+here_are() { [ "$(ask workers | jq -r '[.workers[] | select(.state == "active") | .identity] | sort | join(" ")')" = "$1" ]; }
+within 90 here_are 'one three two' || { fail "three workers do not join: $(ask workers) $(tail -n 3 log.*)"; finish; }
+
+# A cut that nobody hears of: everything into and out of the host is dropped.
+on two nft -f - <<'NFT'
+table inet cut {
+  chain in { type filter hook input priority 0; policy drop; }
+  chain out { type filter hook output priority 0; policy drop; }
+}
+NFT
+within 90 here_are 'one three' || fail "a silent cut is not noticed: $(ask workers)"
+[ "$(ask run | jq -r .state)" = running ] || fail "the run was over before the link was restored: raise run.generations"
+on two nft delete table inet cut
+within 90 here_are 'one three two' || fail "a worker does not come back over a restored link: $(tail -n 3 log.two)"
+# A cable pulled and put back at once: no session need end, nothing may be lost.
+ip -n "$lan-lan" link set dev to-three down
+sleep 0.3
+ip -n "$lan-lan" link set dev to-three up
+
+finished() { [ "$(ask run | jq -r .state)" = finished ]; }
+within 90 finished || fail "the run does not end: $(ask run)"
+cmp run/champion.pb local/champion.pb || fail "four hosts bred another champion"
+grep -q 'key .* is not on the allow-list' log.master || fail "the server does not speak of the stranger"
+for name in stranger plain; do
+  if grep -q 'welcome' log.$name; then fail "$name was let in"; fi
+done
+finish
