@@ -1,13 +1,12 @@
-// Whole runs on one object: run/inprocess/SLOTS is a server and a worker in one process (as `evograsp
-// train`), run/distributed a server process's code with one evograsp-worker process over TCP. Trials a second
-// as the counter.
+// The thesis's chapter 6 as whole runs (configs/cylinder.txtpb: 60,000 trials): run/inprocess/SLOTS is a
+// server and a worker in one process (as `evograsp train`), run/distributed a server process's code with one
+// evograsp-worker process over TCP. Trials a second as the counter.
 #include <benchmark/benchmark.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <chrono>
 #include <filesystem>
 #include <string>
 #include <thread>
@@ -26,14 +25,13 @@ struct Setting {
   assets::ResolvedExperiment experiment;
 };
 
-// 120 genomes x 5 trials x 20 generations, everything journalled.
+// 120 genomes x 5 trials x 100 generations, everything journalled.
 const Setting& setting() {
   static const Setting made = [] {
     spdlog::set_level(spdlog::level::err);
     Setting s;
-    s.config = load_config(EVOGRASP_SOURCE_DIR "/configs/quick.txtpb",
-                           {"run.generations=20", "neat.population=120", "champion.candidates=10",
-                            "net.listen=tcp://127.0.0.1:*", "net.http="})
+    s.config = load_config(EVOGRASP_SOURCE_DIR "/configs/cylinder.txtpb",
+                           {"net.listen=tcp://127.0.0.1:*", "net.http="})
                    ->config;
     s.experiment = *assets::resolve_experiment(s.config, EVOGRASP_SOURCE_DIR "/configs");
     return s;
@@ -63,20 +61,16 @@ std::unique_ptr<server::Server> make_server(const RunFolder& folder, zmq::contex
   return std::move(*server::Server::create(std::move(options)));
 }
 
-// From the first generation on: loading meshes and joining are not what is measured.
+// From the first generation on, by the server's own clock: loading meshes and joining are not what is
+// measured.
 struct Clock {
-  std::chrono::steady_clock::time_point first, last;
-  std::uint64_t trials_first = 0, trials = 0;
+  server::GenerationReport first, last;
   void operator()(const server::GenerationReport& report) {
-    last = std::chrono::steady_clock::now();
-    if (report.generation == 0) {
-      first = last;
-      trials_first = report.trials;
-    }
-    trials = report.trials;
+    if (report.generation == 0) first = report;
+    last = report;
   }
-  double seconds() const { return std::chrono::duration<double>(last - first).count(); }
-  std::uint64_t counted() const { return trials - trials_first; }
+  double seconds() const { return last.seconds - first.seconds; }
+  std::uint64_t counted() const { return last.trials - first.trials; }
 };
 
 void report(benchmark::State& state, std::uint64_t trials, double seconds) {

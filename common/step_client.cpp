@@ -26,10 +26,11 @@ Result<StepClient> StepClient::connect(const std::string& endpoint, const std::o
   send(client.socket_, {}, hello);
   auto welcome = client.next(seconds);
   if (!welcome) return tl::unexpected(welcome.error());
-  if (!welcome->has_welcome())
+  const proto::Envelope& envelope = welcome->envelope;
+  if (!envelope.has_welcome())
     return fail(ErrorCode::kUnavailable, endpoint + ": answers hello with something else");
-  client.stamp_ = {welcome->run(), welcome->epoch()};
-  client.experiment_ = welcome->welcome().experiment();
+  client.stamp_ = {envelope.run(), envelope.epoch()};
+  client.experiment_ = envelope.welcome().experiment();
   return client;
 }
 
@@ -41,14 +42,29 @@ Result<proto::StepReply> StepClient::ask(proto::StepRequest request, double seco
   for (;;) {
     auto answer = next(seconds);
     if (!answer) return tl::unexpected(answer.error());
-    if (!answer->has_step_reply() || answer->step_reply().id() != last_id_) continue;
-    if (answer->step_reply().has_error())
-      return fail(ErrorCode::kInvalid, endpoint_ + ": " + answer->step_reply().error());
-    return answer->step_reply();
+    const proto::StepReply& reply = answer->envelope.step_reply();
+    if (!answer->envelope.has_step_reply() || reply.id() != last_id_) continue;
+    if (reply.has_error()) return fail(ErrorCode::kInvalid, endpoint_ + ": " + reply.error());
+    return reply;
   }
 }
 
-Result<proto::Envelope> StepClient::next(double seconds) {
+Result<std::string> StepClient::asset(const std::string& id, double seconds) {
+  proto::Envelope envelope = make_envelope(stamp_);
+  envelope.mutable_asset_request()->set_id(id);
+  send(socket_, {}, envelope);
+  for (;;) {
+    auto answer = next(seconds);
+    if (!answer) return tl::unexpected(answer.error());
+    const proto::AssetReply& reply = answer->envelope.asset_reply();
+    if (!answer->envelope.has_asset_reply() || reply.id() != id) continue;
+    if (!reply.found() || answer->body.size() != 1)
+      return fail(ErrorCode::kNotFound, endpoint_ + ": does not have asset " + id);
+    return answer->body[0].to_string();
+  }
+}
+
+Result<StepClient::Answer> StepClient::next(double seconds) {
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
   while (std::chrono::steady_clock::now() < end) {
     zmq::pollitem_t item{socket_.handle(), 0, ZMQ_POLLIN, 0};
@@ -60,7 +76,7 @@ Result<proto::Envelope> StepClient::next(double seconds) {
       return fail(ErrorCode::kInvalid, endpoint_ + ": sent " + received.fault);
     if (received.envelope->has_refusal())
       return fail(ErrorCode::kUnavailable, endpoint_ + " refuses: " + received.envelope->refusal().reason());
-    return *received.envelope;
+    return Answer{*received.envelope, std::move(received.body)};
   }
   return fail(ErrorCode::kUnavailable, endpoint_ + ": no answer");
 }

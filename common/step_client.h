@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 #include <zmq.hpp>
 
 #include "common/result.h"
@@ -28,10 +29,17 @@ class StepClient {
   // target of the last get_info). The master fills id and context. kInvalid with the slot's own words when
   // the command makes no sense; kUnavailable when there is no worker or no answer.
   Result<proto::StepReply> ask(proto::StepRequest request, double seconds = 10);
+  // One of the experiment's assets by its id, packed as the master serves it: check it against the id before
+  // use (assets::unpack_object, unpack_hand). kNotFound when the master does not have it.
+  Result<std::string> asset(const std::string& id, double seconds = 10);
 
  private:
   StepClient() : context_(std::make_unique<zmq::context_t>(1)) {}
-  Result<proto::Envelope> next(double seconds);
+  struct Answer {
+    proto::Envelope envelope;
+    std::vector<zmq::message_t> body;
+  };
+  Result<Answer> next(double seconds);
 
   std::unique_ptr<zmq::context_t> context_;
   zmq::socket_t socket_;

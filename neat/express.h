@@ -24,6 +24,8 @@ class Expressor {
     if (substrate_) return substrate_->express(genome, compiler_);
     return Network::from_sound_columns(compiler_.columns(genome));
   }
+  // The message of the same network, without compiling it; `out` is overwritten and its storage used again.
+  void express(const Genome& genome, proto::Network& out);
 
  private:
   GenomeCompiler compiler_;

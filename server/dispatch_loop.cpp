@@ -81,7 +81,10 @@ void DispatchLoop::set_paused(bool paused) {
 void DispatchLoop::dismiss(const std::string& reason) {
   proto::Envelope envelope = make_envelope(options_.stamp);
   envelope.mutable_drain()->set_reason(reason);
-  for (const auto& [id, session] : by_id_) send(router_, session->peer, envelope);
+  for (const auto& [id, session] : by_id_) {
+    send(router_, session->peer, envelope);
+    sink_.worker(session->view);  // what it has done, for the record
+  }
 }
 
 // ---- giving out ----

@@ -45,9 +45,13 @@ void DispatchLoop::handle_stranger(Received& message) {
   if (message.envelope->has_hello()) {
     drop_disconnected();  // the descriptor may have belonged to another connection a moment ago
     message.envelope->hello().stepwise() ? on_client_hello(message) : on_hello(message);
-  } else if (const auto client = clients_.find(message.peer);
-             client != clients_.end() && message.envelope->has_step_request()) {
+    return;
+  }
+  const auto client = clients_.find(message.peer);
+  if (client != clients_.end() && message.envelope->has_step_request()) {
     on_step_request(message.peer, client->second, message.envelope->step_request());
+  } else if (client != clients_.end() && message.envelope->has_asset_request()) {
+    on_asset_request(message);
   } else {
     refuse(message.peer, "no session: say hello", true);
   }

@@ -6,6 +6,7 @@
 #include <thread>
 #include <utility>
 
+#include "common/thread_name.h"
 #include "server/dispatch_loop.h"
 
 namespace evograsp::server {
@@ -63,6 +64,7 @@ class DispatcherThread : public Dispatcher {
   }
 
   void run() {
+    name_thread("dispatch");
     try {
       while (obey()) {
         wait();

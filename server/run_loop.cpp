@@ -16,7 +16,7 @@ namespace evograsp::server {
 namespace {
 
 constexpr double kProgressSeconds = 0.2;
-constexpr std::size_t kMostCommitting = 4;   // generations the disk may lag behind
+constexpr std::size_t kMostCommitting = 64;  // generations the disk may lag behind
 constexpr std::size_t kNetworksAtOnce = 16;  // expressed before they are handed to the dispatcher
 
 // Not finite is worse than everything; evolution must never breed from it.
@@ -35,6 +35,7 @@ RunLoop::RunLoop(const ResumePoint& start, neat::Population population, Store& s
       gather_(gather),
       callbacks_(std::move(callbacks)),
       population_(std::move(population)),
+      expressor_(config_.neat()),
       journalled_(start.evaluations),
       validated_(start.validations),
       bests_(start.bests.begin(), start.bests.end()),
@@ -61,6 +62,7 @@ Result<RunState> RunLoop::run() {
     if (stopped_) break;
     resumed = false;
   }
+  commit_judged();
   if (!stopped_) {
     if (Status status = wait_for_commits(0); !status) return tl::unexpected(status.error());
     if (Status status = validate(); !status) return tl::unexpected(status.error());
@@ -103,9 +105,11 @@ Status RunLoop::evolve_one(bool resumed) {
   work.trials = plan.trials;
   work.networks = static_cast<std::uint32_t>(pending.size());
   if (Status status = hand_out(pending, std::move(work)); !status) return status;
+  commit_judged();
+  if (Status status = wait_for_commits(kMostCommitting); !status) return status;
   if (Status status = wait_for_work(); !status || stopped_) return status;
   judge_generation(plan);
-  return wait_for_commits(kMostCommitting);
+  return {};
 }
 
 // Evaluations that an interrupted server had already journalled.
@@ -135,9 +139,11 @@ Status RunLoop::hand_out(const std::vector<std::uint32_t>& pending, Work work) {
   std::vector<bool> wanted(genomes.size(), false);
   for (const std::uint32_t i : pending) wanted[i] = true;
   std::vector<NetworkFrame> batch;
+  proto::Network network;
   std::uint32_t first = 0;
   for (std::uint32_t i = 0; i < genomes.size(); ++i) {
-    networks_[i] = deterministic_bytes(neat::express_proto(genomes[i], config_.neat()));
+    expressor_.express(genomes[i], network);
+    networks_[i] = deterministic_bytes(network);
     if (wanted[i]) batch.push_back({genomes[i].id(), to_frame(networks_[i])});
     if (batch.size() < kNetworksAtOnce && i + 1 < genomes.size()) continue;
     const auto count = static_cast<std::uint32_t>(batch.size());
@@ -166,7 +172,7 @@ void RunLoop::judge_generation(const TrialPlan& plan) {
   ++judged_generations_;
   bests_.push_back(best);
   while (bests_.size() > config_.champion().candidates()) bests_.pop_front();
-  commit(std::move(record), std::move(best));
+  judged_ = Committed{std::move(record), std::move(best), population_.species(), {}};
 }
 
 BestRecord RunLoop::best_of(const std::vector<double>& fitness) const {
@@ -199,12 +205,15 @@ GenerationRecord RunLoop::describe(const std::vector<double>& fitness) const {
   return record;
 }
 
-void RunLoop::commit(GenerationRecord record, BestRecord best) {
-  Committed entry{record, best, population_.species(), {}};
+// After the next generation has been handed out, so that the workers need not wait for it.
+void RunLoop::commit_judged() {
+  if (!judged_) return;
+  Committed entry = std::move(*judged_);
+  judged_.reset();
   GenerationCommit commit;
-  commit.record = std::move(record);
+  commit.record = entry.record;
   commit.species = entry.species;
-  commit.best = std::move(best);
+  commit.best = entry.best;
   commit.population = population_.save();
   {
     const std::lock_guard lock(mutex_);
@@ -243,6 +252,7 @@ Status RunLoop::wait_for_commits(std::size_t most) {
       const std::lock_guard lock(mutex_);
       if (committing_ <= most) return {};
     }
+    store_.hurry();
     gather_.wait_for_wake(kProgressSeconds);
   }
 }

@@ -1,10 +1,13 @@
 // Evolution from one committed generation to the next, and the choice of the champion at the end.
 //
-//   ask -> plan trials -> dispatch -> gather -> tell -> commit (on the store's thread) -> announce
+//   ask -> plan trials -> dispatch -> gather -> tell -> dispatch the next -> commit (on the store's thread)
+//   -> announce
 //
-// The next generation is evaluated while the last is still being committed; it is announced only after that.
-// Everything is a function of the config and the run's seed: neither the order in which results arrive, nor
-// how often the run was interrupted, changes a byte of what comes out.
+// The next generation is evaluated while the last is being committed; it is announced only after that. A
+// crash in between costs nothing: the evaluations of the last are journalled before it is committed, and
+// those of the next are journalled under its own number. Everything is a function of the config and the run's
+// seed: neither the order in which results arrive, nor how often the run was interrupted, changes a byte of
+// what comes out.
 #pragma once
 
 #include <atomic>
@@ -16,6 +19,7 @@
 #include <string>
 #include <vector>
 
+#include "neat/express.h"
 #include "neat/population.h"
 #include "server/dispatcher.h"
 #include "server/gather.h"
@@ -74,7 +78,7 @@ class RunLoop {
   void judge_generation(const TrialPlan& plan);
   BestRecord best_of(const std::vector<double>& fitness) const;
   GenerationRecord describe(const std::vector<double>& fitness) const;
-  void commit(GenerationRecord record, BestRecord best);
+  void commit_judged();
   Status validate();
   Status publish_champion(const BestRecord& best, const ValidationRecord& validation);
 
@@ -95,10 +99,12 @@ class RunLoop {
   Callbacks callbacks_;
 
   neat::Population population_;
+  neat::Expressor expressor_;
   std::vector<std::string> networks_;        // serialised, of the generation being evaluated
   std::vector<Evaluation> journalled_;       // of the generation that was interrupted
   std::vector<ValidationRecord> validated_;  // before the interruption
   std::deque<BestRecord> bests_;             // of the last champion.candidates generations
+  std::optional<Committed> judged_;          // to be committed
   double last_best_ = 0;
   std::uint32_t judged_generations_ = 0;
   double seconds_before_ = 0;

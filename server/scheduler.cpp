@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kFirstGuess = 1e-4;            // s a trial, before any has been measured
 constexpr double kSmallestTask = 2.5e-4;        // s: below this, sending costs more than it spreads
-constexpr std::uint32_t kShare = 3;             // tasks a slot that the remaining work is cut into
+constexpr std::uint32_t kShare = 2;             // tasks a slot that the remaining work is cut into
 constexpr std::size_t kMaxTaskBytes = 1 << 20;  // of networks in one message
 constexpr std::size_t kMaxTaskNetworks = 256;
 constexpr std::uint32_t kMaxCredit = 64;

@@ -5,11 +5,13 @@
 #include <condition_variable>
 #include <future>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <utility>
 #include <variant>
 
 #include "common/digest.h"
+#include "common/thread_name.h"
 #include "server/store_open.h"
 #include "server/store_tables.h"
 
@@ -22,12 +24,15 @@ constexpr std::size_t kBatchRows = 4096;  // evaluations that are written withou
 constexpr std::uint64_t kMostQueuedBytes = 256ull << 20;  // beyond this, big things wait for the disk
 constexpr std::size_t kRowOverhead = 64;                  // what a queued row weighs besides its blob
 
-// A change other than an evaluation. A durable one has a transaction of its own with full sync; the others
-// ride in the open batch.
+// Generations that follow each other faster share a transaction.
+constexpr auto kMostPatience = std::chrono::milliseconds(100);
+
+// A change other than an evaluation. What is queued together is one transaction; a durable change makes it
+// one with full sync.
 struct Change {
   std::function<Status(StoreTables&)> write;
   bool durable = false;
-  bool generation = false;  // counted and timed
+  std::optional<std::uint32_t> generation = {};  // that it commits
   Store::Callback done = {};
 };
 using Item = std::variant<Evaluation, Change>;
@@ -43,16 +48,15 @@ class Writer {
   }
 
   Status put(const Change& change) {
-    if (!change.durable) {
-      if (Status s = begin(); !s) return s;
-      return change.write(tables_);
-    }
-    if (Status s = end(); !s) return s;
-    if (Status s = run_.database->exec("PRAGMA synchronous = FULL"); !s) return s;
     if (Status s = begin(); !s) return s;
-    if (Status s = change.write(tables_); !s) return s;
-    if (Status s = end(); !s) return s;
-    return run_.database->exec("PRAGMA synchronous = NORMAL");
+    return change.write(tables_);
+  }
+
+  // Between transactions: whether the next ones wait for the disk.
+  Status sync(bool full) {
+    if (full == full_) return {};
+    full_ = full;
+    return run_.database->exec(full ? "PRAGMA synchronous = FULL" : "PRAGMA synchronous = NORMAL");
   }
 
   Status begin() {
@@ -83,6 +87,7 @@ class Writer {
   OpenRun run_;
   StoreTables tables_;
   std::uint64_t transactions_ = 0;
+  bool full_ = false;
 };
 
 class StoreThread final : public Store {
@@ -91,6 +96,7 @@ class StoreThread final : public Store {
       : retention_(Retention::from(config)),
         period_(std::chrono::duration_cast<Clock::duration>(
             std::chrono::duration<double>(config.journal_seconds()))),
+        patience_(std::min<Clock::duration>(period_, kMostPatience)),
         epoch_(epoch),
         writer_(std::move(writer)),
         thread_([this] { loop(); }) {}
@@ -123,11 +129,20 @@ class StoreThread final : public Store {
     auto shared = std::make_shared<GenerationCommit>(std::move(commit));
     Change change;
     change.write = [this, shared](StoreTables& t) {
-      return t.put_generation(*shared, unix_time(), retention_);
+      return t.put_generation(*shared, unix_time(), retention_, newest_);
     };
-    change.durable = change.generation = true;
+    change.durable = true;
+    change.generation = shared->record.generation;
     change.done = std::move(done);
     push(std::move(change), weight);
+  }
+
+  void hurry() override {
+    {
+      const std::lock_guard lock(mutex_);
+      urgent_ = true;
+    }
+    wake_.notify_one();
   }
 
   void note(Event event) override {
@@ -143,14 +158,18 @@ class StoreThread final : public Store {
     push({[validation](StoreTables& t) { return t.put_validation(validation); }});
   }
   void keep_champion(const proto::Champion& champion, Callback done) override {
-    push({[bytes = deterministic_bytes(champion)](StoreTables& t) { return t.put_champion(bytes); }, true,
-          false, std::move(done)});
+    push({[bytes = deterministic_bytes(champion)](StoreTables& t) { return t.put_champion(bytes); },
+          true,
+          {},
+          std::move(done)});
   }
   void set_state(std::string state, Callback done) override {
     push({[this, state = std::move(state)](StoreTables& t) {
             return t.put_progress({epoch_, state, unix_time()});
           },
-          true, false, std::move(done)});
+          true,
+          {},
+          std::move(done)});
   }
   void forget_evaluations(std::uint32_t generation, std::vector<std::uint64_t> genomes) override {
     push({[generation, genomes = std::move(genomes)](StoreTables& t) {
@@ -162,8 +181,8 @@ class StoreThread final : public Store {
     std::promise<Status> promise;
     auto written = promise.get_future();
     // Writing the journal's tail is not enough: only a synced transaction of its own proves the disk took it.
-    push({[](StoreTables& t) { return t.touch(); }, true, false,
-          [&](const Status& s) { promise.set_value(s); }});
+    push(
+        {[](StoreTables& t) { return t.touch(); }, true, {}, [&](const Status& s) { promise.set_value(s); }});
     return written.get();
   }
 
@@ -184,20 +203,28 @@ class StoreThread final : public Store {
     {
       std::unique_lock lock(mutex_);
       if (weight > 0) space_.wait(lock, [this] { return queued_bytes_ < kMostQueuedBytes || !status_; });
-      urgent_ = urgent_ || change.durable;
-      queue_.emplace_back(std::move(change));
+      commits_waiting_ = commits_waiting_ || change.generation;
+      durable_ = durable_ || change.durable;
       queued_bytes_ += weight + kRowOverhead;
+      urgent_ = urgent_ || (change.durable && !change.generation) || queued_bytes_ > kMostQueuedBytes / 4;
+      queue_.emplace_back(std::move(change));
     }
     wake_.notify_one();
   }
 
-  // Waits until there is a batch worth writing; false when the store closes and nothing is left.
-  bool take(std::vector<Item>& batch) {
+  // Waits until there is a batch worth writing; false when the store closes and nothing is left. full: the
+  // batch holds something durable.
+  bool take(std::vector<Item>& batch, bool& full) {
     std::unique_lock lock(mutex_);
     wake_.wait(lock, [this] { return closing_ || !queue_.empty(); });
-    wake_.wait_for(lock, period_, [this] { return closing_ || urgent_ || queue_.size() >= kBatchRows; });
+    const auto due = [this] { return closing_ || urgent_ || queue_.size() >= kBatchRows; };
+    Clock::time_point until = Clock::now() + period_;
+    const bool generation = wake_.wait_until(lock, until, [&] { return due() || commits_waiting_; });
+    if (generation) wake_.wait_until(lock, std::min(until, last_commit_ + patience_), due);
     batch.swap(queue_);
-    urgent_ = false;
+    full = durable_;
+    if (commits_waiting_) last_commit_ = Clock::now();
+    durable_ = urgent_ = commits_waiting_ = false;
     queued_bytes_ = 0;
     lock.unlock();
     space_.notify_all();
@@ -205,10 +232,11 @@ class StoreThread final : public Store {
   }
 
   void loop() {
+    name_thread("store");
     std::vector<Item> batch;
-    while (take(batch)) {
-      for (Item& item : batch) write(item);
-      settle(writer_->end());
+    bool full = false;
+    while (take(batch, full)) {
+      write(batch, full);
       publish_figures();
       batch.clear();
     }
@@ -216,18 +244,34 @@ class StoreThread final : public Store {
     writer_.reset();
   }
 
-  void write(Item& item) {
-    if (auto* evaluation = std::get_if<Evaluation>(&item)) {
-      if (!failed_) settle(writer_->put(*evaluation));
-      ++evaluations_;
-      return;
-    }
-    Change& change = std::get<Change>(item);
+  // One transaction; then whoever asked is told.
+  void write(std::vector<Item>& batch, bool full) {
     const Clock::time_point start = Clock::now();
-    if (!failed_) settle(writer_->put(change));
-    if (change.generation && !failed_)
-      count_commit(std::chrono::duration<double>(Clock::now() - start).count());
-    if (change.done) change.done(status());
+    newest_.reset();
+    std::uint64_t generations = 0;
+    for (const Item& item : batch) {
+      const Change* change = std::get_if<Change>(&item);
+      if (change == nullptr || !change->generation) continue;
+      newest_ = change->generation;
+      ++generations;
+    }
+    if (!failed_) settle(writer_->sync(full));
+    for (const Item& item : batch)
+      if (!failed_) settle(put(item));
+    if (!failed_) settle(writer_->end());
+    if (generations > 0 && !failed_)
+      count_commits(generations, std::chrono::duration<double>(Clock::now() - start).count());
+    for (const Item& item : batch)
+      if (const Change* change = std::get_if<Change>(&item); change != nullptr && change->done)
+        change->done(status());
+  }
+
+  Status put(const Item& item) {
+    const Evaluation* evaluation = std::get_if<Evaluation>(&item);
+    if (evaluation == nullptr) return writer_->put(std::get<Change>(item));
+    ++evaluations_;
+    const bool pruned = newest_ && evaluation->generation < *newest_ && !retention_.all_evaluations;
+    return pruned ? Status() : writer_->put(*evaluation);
   }
 
   // The first error is the last thing the store does.
@@ -240,9 +284,9 @@ class StoreThread final : public Store {
     space_.notify_all();
   }
 
-  void count_commit(double seconds) {
+  void count_commits(std::uint64_t generations, double seconds) {
     const std::lock_guard lock(mutex_);
-    ++figures_.commits;
+    figures_.commits += generations;
     figures_.last_commit_seconds = seconds;
     figures_.total_commit_seconds += seconds;
   }
@@ -256,20 +300,24 @@ class StoreThread final : public Store {
   }
 
   const Retention retention_;
-  const Clock::duration period_;
+  const Clock::duration period_, patience_;
   const std::uint64_t epoch_;
 
   mutable std::mutex mutex_;
   std::condition_variable wake_, space_;
   std::vector<Item> queue_;         // guarded by mutex_, as all down to figures_
   std::uint64_t queued_bytes_ = 0;  // of queue_
-  bool urgent_ = false;             // something in queue_ wants its callback
+  bool durable_ = false;            // something in queue_ wants full sync
+  bool urgent_ = false;             // and somebody waits for it
+  bool commits_waiting_ = false;    // a generation is in queue_
+  Clock::time_point last_commit_{};
   bool closing_ = false;
   Status status_;
   StoreFigures figures_;
 
   std::unique_ptr<Writer> writer_;  // the store's thread's alone, with what follows
   bool failed_ = false;
+  std::optional<std::uint32_t> newest_;  // generation that the batch being written commits last
   std::uint64_t evaluations_ = 0;
 
   std::thread thread_;  // last: starts when all else is there

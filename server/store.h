@@ -3,8 +3,11 @@
 // Promises:
 // - commit_generation() is atomic and, once its callback has said so, on the disk (full sync). Kill -9 or
 // power loss
-//   at any instant leaves the last committed generation; kill -9 loses at most the evaluations of the last
+//   at any instant leaves the last committed generation; kill -9 loses at most the work of the last
 //   store.journal_seconds.
+// - Generations that follow each other faster than that share a transaction, and only what is still wanted
+// after the
+//   last of them is written: small generations would otherwise cost more to store than to evaluate.
 // - A damaged row is noticed by its seal; a damaged population falls back to the one before it, with a
 // warning.
 // - Errors stick: after the first failed write nothing more is written, status() says what happened, and what
@@ -76,7 +79,10 @@ class Store {
   virtual ~Store() = default;
 
   virtual void journal(Evaluation evaluation) = 0;
+  // May take up to store.journal_seconds (0.1 s at most) until hurry() is called.
   virtual void commit_generation(GenerationCommit commit, Callback done) = 0;
+  // Somebody waits for what has been queued: write it now.
+  virtual void hurry() = 0;
   virtual void note(Event event) = 0;
   virtual void saw_worker(WorkerRecord worker) = 0;
   virtual void keep_poison(PoisonRecord poison) = 0;

@@ -26,8 +26,13 @@ std::int64_t signed_of(std::uint64_t value) {
 Retention Retention::from(const proto::StoreConfig& config) {
   Retention r;
   r.populations = std::max(2u, config.keep_generations());
+  r.every_generation = config.keep_generations() > 0;
   r.all_evaluations = config.journal_trials();
   return r;
+}
+
+bool Retention::wants_population(std::uint32_t generation, std::uint32_t newest) const {
+  return generation == newest || (every_generation && generation + populations > newest);
 }
 
 Result<StoreTables> StoreTables::prepare(Database& database) {
@@ -80,7 +85,8 @@ Status StoreTables::put_evaluation(const Evaluation& evaluation) {
   return evaluation_->run();
 }
 
-Status StoreTables::put_generation(const GenerationCommit& commit, double now, const Retention& retention) {
+Status StoreTables::put_generation(const GenerationCommit& commit, double now, const Retention& retention,
+                                   std::optional<std::uint32_t> newest) {
   const GenerationRecord& r = commit.record;
   Status done =
       write(*database_, "INSERT INTO generations VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?)", [&](Statement& s) {
@@ -105,17 +111,18 @@ Status StoreTables::put_generation(const GenerationCommit& commit, double now, c
     s.bind(std::int64_t{b.generation}).bind_id(b.genome).bind(b.fitness);
     s.bind_blob(b.genotype).bind_blob(b.network).bind_seal();
   });
-  if (done) done = put_population(r.generation + 1, commit.population);
-  if (done) done = prune(r.generation, retention);
+  const std::uint32_t last = newest.value_or(r.generation);
+  if (done && retention.wants_population(r.generation, last))
+    done = put_population(r.generation + 1, commit.population);
+  if (done && r.generation == last) done = prune(r.generation, retention);
   return done;
 }
 
 Status StoreTables::prune(std::uint32_t generation, const Retention& retention) {
-  // The population to come counts as the newest: with n kept, generations generation + 2 - n .. generation +
-  // 1 stay.
-  const std::int64_t oldest = std::int64_t{generation} + 2 - std::int64_t{retention.populations};
-  Status done = write(*database_, "DELETE FROM populations WHERE generation < ?",
-                      [&](Statement& s) { s.bind(oldest); });
+  Status done = write(*database_,
+                      "DELETE FROM populations WHERE generation NOT IN "
+                      "(SELECT generation FROM populations ORDER BY generation DESC LIMIT ?)",
+                      [&](Statement& s) { s.bind(std::int64_t{retention.populations}); });
   if (done && !retention.all_evaluations)
     done = write(*database_, "DELETE FROM evaluations WHERE generation < ?",
                  [&](Statement& s) { s.bind(std::int64_t{generation}); });

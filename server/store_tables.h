@@ -15,11 +15,15 @@ namespace evograsp::server {
 
 // What is kept of the past (proto::StoreConfig).
 struct Retention {
-  std::uint32_t populations =
-      2;  // the newest ones; never under 2: the second is what a damaged last falls back to
+  // The newest ones; never under 2: the second is what a damaged last falls back to.
+  std::uint32_t populations = 2;
+  // Each generation's; else only the last one's of each transaction.
+  bool every_generation = false;
   bool all_evaluations = false;  // else those of the last judged generation and of the one in progress
   std::uint32_t events = 10000;  // the newest ones
   static Retention from(const proto::StoreConfig& config);
+  // Whether the population bred from `generation` is written by a transaction whose last one is `newest`.
+  bool wants_population(std::uint32_t generation, std::uint32_t newest) const;
 };
 
 class StoreTables {
@@ -31,7 +35,10 @@ class StoreTables {
   Status put_progress(const RunProgress& progress);
   Status put_population(std::uint32_t generation, std::string_view state);
   Status put_evaluation(const Evaluation& evaluation);
-  Status put_generation(const GenerationCommit& commit, double now, const Retention& retention);
+  // newest: the generation that the same transaction commits last, if any. Of those before it only what will
+  // be kept is written.
+  Status put_generation(const GenerationCommit& commit, double now, const Retention& retention,
+                        std::optional<std::uint32_t> newest = {});
   Status put_event(const Event& event, double now);
   Status put_worker(const WorkerRecord& worker);
   Status put_poison(const PoisonRecord& poison);

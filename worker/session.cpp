@@ -20,6 +20,8 @@ constexpr double kSlowestTick = 0.1;
 constexpr double kSignSeconds = 1;
 constexpr double kReconnectPause = 0.1;
 constexpr double kRendezvousPause = 0.5;  // s: the file may be on a file server that a thousand workers ask
+// A task that runs this long is reported as started. Most are done by then, and their result says it all.
+constexpr auto kReportStart = std::chrono::milliseconds(5);
 
 std::chrono::milliseconds milliseconds(double seconds) {
   return std::chrono::milliseconds(static_cast<int>(seconds * 1000));
@@ -160,7 +162,8 @@ void Session::wait() {
   zmq::pollitem_t items[] = {{socket_.handle(), 0, ZMQ_POLLIN, 0},
                              {nullptr, wakeup_.fd(), ZMQ_POLLIN, 0},
                              {monitor_->socket().handle(), 0, ZMQ_POLLIN, 0}};
-  zmq::poll(items, 3, milliseconds(std::min(kSlowestTick, silence_seconds_ / 4)));
+  const auto slowest = milliseconds(std::min(kSlowestTick, silence_seconds_ / 4));
+  zmq::poll(items, 3, unfinished_ > 0 ? std::min(slowest, kReportStart) : slowest);
   if (items[1].revents != 0) wakeup_.clear();
 }
 
@@ -316,14 +319,16 @@ void Session::on_drain(const proto::Drain& drain) {
 // ---- what the slots and the operator say ----
 
 void Session::send_events() {
-  std::vector<SlotEvent> events = slots_.take_events();
-  for (std::size_t i = 0; i < events.size(); ++i) {
-    SlotEvent& event = events[i];
+  for (const StartedTask& task : slots_.take_started(kReportStart)) {
+    if (task.session != session_ || !master_listens()) continue;
+    proto::Envelope envelope = make_envelope(stamp_);
+    envelope.mutable_started()->set_id(task.task);
+    envelope.mutable_started()->set_attempt(task.attempt);
+    send(socket_, {}, envelope);
+  }
+  for (SlotEvent& event : slots_.take_events()) {
     if (event.session != session_ || !master_listens()) continue;
-    // Started and done by now: the result says it all.
-    const auto is_done = [&](const SlotEvent& later) { return later.task == event.task && !later.started; };
-    if (event.started && std::any_of(events.begin() + static_cast<long>(i), events.end(), is_done)) continue;
-    if (!event.started && event.task != 0) --unfinished_;
+    if (event.task != 0) --unfinished_;
     send(socket_, {}, std::move(event.frame));
   }
   if (!built_ || !built_->ready) return;

@@ -6,6 +6,8 @@
 #include <chrono>
 #include <utility>
 
+#include "common/thread_name.h"
+
 namespace evograsp::worker {
 
 namespace {
@@ -17,13 +19,6 @@ std::uint64_t thread_nanoseconds() {
   timespec t{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
   return static_cast<std::uint64_t>(t.tv_sec) * 1000000000U + static_cast<std::uint64_t>(t.tv_nsec);
-}
-
-zmq::message_t started_frame(const Job& job) {
-  proto::Envelope envelope = make_envelope(job.stamp);
-  envelope.mutable_started()->set_id(job.envelope.task().id());
-  envelope.mutable_started()->set_attempt(job.envelope.task().attempt());
-  return to_frame(envelope);
 }
 
 zmq::message_t result_frame(const Job& job, Evaluator& evaluator) {
@@ -52,8 +47,8 @@ zmq::message_t step_frame(const Job& job, Evaluator& evaluator) {
 
 }  // namespace
 
-SlotPool::SlotPool(int slots, Wakeup& wakeup) : wakeup_(wakeup) {
-  for (int i = 0; i < slots; ++i) threads_.emplace_back([this] { work(); });
+SlotPool::SlotPool(int slots, Wakeup& wakeup) : wakeup_(wakeup), running_(static_cast<std::size_t>(slots)) {
+  for (std::size_t i = 0; i < running_.size(); ++i) threads_.emplace_back([this, i] { work(i); });
 }
 
 SlotPool::~SlotPool() {
@@ -102,6 +97,18 @@ std::vector<SlotEvent> SlotPool::take_events() {
   return std::exchange(events_, {});
 }
 
+std::vector<StartedTask> SlotPool::take_started(std::chrono::milliseconds age) {
+  const auto latest = std::chrono::steady_clock::now() - age;
+  std::vector<StartedTask> started;
+  const std::lock_guard lock(mutex_);
+  for (std::optional<Running>& running : running_) {
+    if (!running || running->taken || (!running->suspect && running->since > latest)) continue;
+    running->taken = true;
+    started.push_back(running->what);
+  }
+  return started;
+}
+
 int SlotPool::busy() const {
   const std::lock_guard lock(mutex_);
   return busy_;
@@ -122,7 +129,8 @@ void SlotPool::post(SlotEvent event) {
   if (first) wakeup_.notify();
 }
 
-void SlotPool::work() {
+void SlotPool::work(std::size_t slot) {
+  name_thread("slot");
   std::unique_ptr<Evaluator> evaluator;
   std::uint64_t version = ~std::uint64_t{0};
   std::unique_lock lock(mutex_);
@@ -132,6 +140,11 @@ void SlotPool::work() {
     Job job = std::move(queue_.front());
     queue_.pop_front();
     ++busy_;
+    if (!job.errand && job.envelope.has_task()) {
+      const proto::Task& task = job.envelope.task();
+      running_[slot] = {
+          {job.session, task.id(), task.attempt()}, std::chrono::steady_clock::now(), task.suspect(), false};
+    }
     const std::uint64_t wanted_version = shared_version_;
     std::shared_ptr<SharedSimulator> shared = shared_;
     lock.unlock();
@@ -145,15 +158,17 @@ void SlotPool::work() {
       run(job, *evaluator);
     lock.lock();
     --busy_;
+    running_[slot].reset();
   }
 }
 
 void SlotPool::run(Job& job, Evaluator& evaluator) {
-  if (job.envelope.has_step_request()) return post({job.session, 0, false, step_frame(job, evaluator)});
-  const std::uint64_t id = job.envelope.task().id();
-  post({job.session, id, true, started_frame(job)});
-  if (job.envelope.task().suspect()) std::this_thread::sleep_for(kAnnouncement);
-  post({job.session, id, false, result_frame(job, evaluator)});
+  if (job.envelope.has_step_request()) return post({job.session, 0, step_frame(job, evaluator)});
+  if (job.envelope.task().suspect()) {
+    wakeup_.notify();
+    std::this_thread::sleep_for(kAnnouncement);
+  }
+  post({job.session, job.envelope.task().id(), result_frame(job, evaluator)});
 }
 
 }  // namespace evograsp::worker

@@ -1,11 +1,13 @@
 // The slots of a worker: N threads that evaluate tasks from one queue.
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <vector>
 #include <zmq.hpp>
@@ -26,12 +28,18 @@ struct Job {
   std::function<void()> errand;  // when set, nothing else counts
 };
 
-// What the connection's thread has to send or to know.
+// What the connection's thread has to send.
 struct SlotEvent {
   std::uint64_t session = 0;
   std::uint64_t task = 0;  // 0: a stepwise reply
-  bool started = false;    // else: done
   zmq::message_t frame;    // envelope to send
+};
+
+// A task that is being evaluated.
+struct StartedTask {
+  std::uint64_t session = 0;
+  std::uint64_t task = 0;
+  std::uint32_t attempt = 0;
 };
 
 // Thread-safe.
@@ -49,11 +57,20 @@ class SlotPool {
   // Takes back every task that has not started; gives their ids.
   std::vector<std::uint64_t> take_back();
   std::vector<SlotEvent> take_events();
+  // Tasks that have run for `age` by now, and suspects at once; each is given once.
+  std::vector<StartedTask> take_started(std::chrono::milliseconds age);
   int busy() const;
   int queued() const;
 
  private:
-  void work();
+  struct Running {
+    StartedTask what;
+    std::chrono::steady_clock::time_point since;
+    bool suspect = false;
+    bool taken = false;  // by take_started()
+  };
+
+  void work(std::size_t slot);
   void run(Job& job, Evaluator& evaluator);
   void post(SlotEvent event);
 
@@ -63,6 +80,7 @@ class SlotPool {
   std::condition_variable wanted_;
   std::deque<Job> queue_;
   std::vector<SlotEvent> events_;
+  std::vector<std::optional<Running>> running_;  // by slot
   std::shared_ptr<SharedSimulator> shared_;
   std::uint64_t shared_version_ = 0;
   int busy_ = 0;

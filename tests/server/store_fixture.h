@@ -8,6 +8,7 @@
 #include <future>
 #include <string>
 
+#include "common/digest.h"
 #include "common/random.h"
 #include "server/store.h"
 #include "server/store_reader.h"
@@ -114,7 +115,34 @@ inline Status commit(Store& store, GenerationCommit change) {
   std::promise<Status> promise;
   auto done = promise.get_future();
   store.commit_generation(std::move(change), [&](const Status& s) { promise.set_value(s); });
+  store.hurry();
   return done.get();
+}
+
+// Whether everything that a resumed run leans on is exactly what was written.
+inline testing::AssertionResult right(const ResumePoint& point) {
+  const auto wrong = [](const std::string& what) {
+    return testing::AssertionFailure() << what << " is not what was written";
+  };
+  if (point.population != population_of(point.generation))
+    return wrong("population " + std::to_string(point.generation));
+  if (deterministic_bytes(point.info.config) != deterministic_bytes(new_run().info.config))
+    return wrong("config");
+  if (point.info.run_id != new_run().info.run_id) return wrong("run id");
+  if (point.assets.size() != 2 || point.assets[0].packed != new_run().assets[0].packed)
+    return wrong("assets");
+  for (const Evaluation& e : point.evaluations)
+    if (e.generation != point.generation ||
+        e.measurements != evaluation_of(e.generation, e.genome).measurements)
+      return wrong("evaluation of genome " + std::to_string(e.genome));
+  if (point.history.size() != point.generation) return wrong("length of the history");
+  for (const GenerationRecord& g : point.history)
+    if (g.best != commit_of(g.generation).record.best || g.seconds != commit_of(g.generation).record.seconds)
+      return wrong("record of generation " + std::to_string(g.generation));
+  for (const BestRecord& b : point.bests)
+    if (b.genotype != commit_of(b.generation).best.genotype || b.genome != 1000 + b.generation)
+      return wrong("best");
+  return testing::AssertionSuccess();
 }
 
 inline std::string message(const Status& status) {
