@@ -228,10 +228,10 @@ std::vector<Task> tasks() {
        "elite_min_size: 1",
        [](const Network& n) { return static_cast<double>(Balancer(n, true).balance(kStart, kLong)) / kLong; },
        [](const Network&, double f) { return f >= 1; }, "3600 evaluations, 24 generations, none failed"},
-      {"double-pole-hidden", 3, 400,
-       "population: 150 target_species: 10 c3_weight: 3 add_node: 0.03 add_connection: 0.3 perturb_power: "
-       "0.5 "
-       "elite_min_size: 1 recurrent: true hidden_activation: TANH mutate_bias: 0.5",
+      {"double-pole-hidden", 3, 1000,
+       "population: 100 target_species: 5 c3_weight: 3 normalise_by_genes: false max_weight: 8 recurrent: "
+       "true "
+       "add_node: 0.003 add_connection: 0.05 perturb_weight: 1 perturb_power: 1 elite_min_size: 0",
        gruau_fitness, [](const Network& n, double) { return generalises(n); },
        "33184 evaluations, 24 generations, none failed"},
   };
