@@ -117,15 +117,13 @@ Result<Answer> ask(const Options& options) {
   Answer answer;
   answer.bounding_box = options.box.choose(config.trials().bounding_box());
   const sim::RecordedOptions how{answer.bounding_box, !options.keep_distance, !options.centre_on_click};
-  const Vec3 centre = config.grasp().has_workspace_centre() ? from_proto(config.grasp().workspace_centre())
-                                                            : Vec3(0, 0, 0.125);
-  auto info = sim::look_at_recording(*image, config.camera(), *training, centre, u, v, how);
+  auto info = sim::look_at_recording(*image, config.camera(), *training, config.grasp(), u, v, how);
   if (!info) return fail(info.error().code, options.depth + ": " + info.error().message);
   answer.info = std::move(*info);
 
   const auto network = Network::from_proto(champion->network());
   if (!network) return tl::unexpected(network.error());
-  const std::size_t inputs = answer.info.depth.size() + 4;
+  const std::size_t inputs = answer.info.input_count();
   if (network->inputs() != static_cast<int>(inputs) || network->outputs() != sim::kOutputs)
     return fail(ErrorCode::kInvalid, options.champion + ": the network does not fit its own camera");
   std::vector<float> in(inputs), out(sim::kOutputs);

@@ -123,7 +123,7 @@ Result<Pose> ask_network(const proto::Champion& champion, const sim::Info& info,
                          const assets::ResolvedExperiment& what, bool bounding_box) {
   Result<Network> network = Network::from_proto(champion.network());
   if (!network) return tl::unexpected(network.error());
-  const std::size_t inputs = info.depth.size() + 4;
+  const std::size_t inputs = info.input_count();
   if (network->inputs() != static_cast<int>(inputs) || network->outputs() != sim::kOutputs)
     return fail(ErrorCode::kInvalid, "the champion has " + std::to_string(network->inputs()) +
                                          " inputs and " + std::to_string(network->outputs()) +

@@ -20,6 +20,7 @@ enum class Purpose : std::uint32_t {
   kValidation = 9,  // placements that choose the champion
   kTest = 10,       // placements that judge it
   kAudit = 11,
+  kLifts = 12,          // placements on which a generation's best are lifted
   kTestHarness = 1000,  // tests and benchmarks only
 };
 

@@ -6,7 +6,7 @@
 namespace evograsp::neat {
 namespace {
 
-constexpr std::uint32_t kOtherInputs = 4;  // click a, b and box w, h stand last
+constexpr double kFeatureShare = 0.2;  // of initial_weight, that links from features get
 
 void connect(StartStructure& start, std::uint32_t first_source, std::uint32_t count, std::uint32_t target) {
   if (count == 0) return;
@@ -40,7 +40,8 @@ std::shared_ptr<const StartStructure> make_start(const proto::NeatConfig& config
   start->inputs = inputs;
   start->outputs = outputs;
   start->depth_scale = static_cast<float>(config.depth_weight_scale());
-  start->depth_inputs = inputs > kOtherInputs ? inputs - kOtherInputs : 0;
+  const std::uint32_t others = config.other_inputs();
+  start->depth_inputs = inputs > others ? inputs - others : 0;
   const bool layered = config.topology() == proto::HIDDEN_LAYER && config.hidden() > 0;
   const bool direct =
       config.topology() == proto::DIRECT || (config.topology() == proto::HIDDEN_LAYER && !layered);
@@ -48,10 +49,12 @@ std::shared_ptr<const StartStructure> make_start(const proto::NeatConfig& config
     start->hidden = config.hidden();
     for (std::uint32_t h = 0; h < start->hidden; ++h) connect(*start, 0, inputs, start->first_hidden() + h);
   }
+  const bool features = config.topology() == proto::FEATURES;
   const bool bias = config.connect_bias_to_outputs() && (layered || direct);
   for (std::uint32_t o = 0; o < outputs; ++o) {
     const std::uint32_t target = start->first_output() + o;
     if (direct) connect(*start, 0, inputs + bias, target);
+    if (features) connect(*start, start->depth_inputs, inputs + 1 - start->depth_inputs, target);
     if (layered && bias) connect(*start, inputs, 1, target);
     if (layered) connect(*start, start->first_hidden(), start->hidden, target);
   }
@@ -69,8 +72,11 @@ Genome make_first(const proto::NeatConfig& config, const std::shared_ptr<const S
   Genome genome(start, static_cast<Activation>(config.hidden_activation()),
                 static_cast<Activation>(config.output_activation()));
   const double reach = config.initial_weight();
+  // A start of FEATURES answers nearly the same pose to every view: poses first, how they depend on the view
+  // later.
+  const double view = config.topology() == proto::FEATURES ? kFeatureShare : 1.0;
   const auto scaled = [&](std::uint32_t source) {
-    return reach * static_cast<double>(start->scale_of(source));
+    return reach * (source == start->inputs ? 1.0 : view) * static_cast<double>(start->scale_of(source));
   };
   for (std::uint32_t h = 0; h < start->hidden; ++h)
     genome.set_activation(start->outputs + h, static_cast<Activation>(config.hidden_activation()));

@@ -7,8 +7,10 @@
 
 namespace evograsp::neat {
 
-// The links all genomes of the run start with, by config.topology. The last four inputs are not depth (click
-// and box) when there are more than four: depth_weight_scale leaves them alone.
+// The links all genomes of the run start with, by config.topology. The last
+// config.other_inputs inputs are not depth (click, box, features) when there are more: depth_weight_scale
+// leaves them alone, and FEATURES links them (and the bias) alone, with a fifth of the bias's initial
+// weights.
 std::shared_ptr<const StartStructure> make_start(const proto::NeatConfig& config, std::uint32_t inputs,
                                                  std::uint32_t outputs);
 // Innovations below this are the start's (of the sparse topology: reserved for every input-output pair).

@@ -50,6 +50,8 @@ Result<Scorer> Scorer::create(const proto::FitnessConfig& c) {
   s.theta_min_ = c.theta_min();
   s.theta_max_ = c.theta_max();
   s.near_target_ = c.near_target();
+  s.hold_weight_ = c.hold_weight();
+  s.hold_range_ = c.hold_range();
   return s;
 }
 
@@ -64,6 +66,7 @@ Terms Scorer::trial(const proto::Measurement& m) const {
   } else {
     t.f1 = std::min(gamma_ * m.quality(), f1_cap_);
     t.f2 = k_;
+    t.hold = std::max(0.0, 1 - m.target_distance() / hold_range_);
   }
   if (!gate_ || m.contacts() > 0) {
     t.f3 = lambda_ / (distance(m.p(), m.s()) + epsilon_);
@@ -73,6 +76,7 @@ Terms Scorer::trial(const proto::Measurement& m) const {
   const double f[5] = {0, t.f1, t.f2, t.f3, t.f4};
   for (int i = 1; i <= 4; ++i)
     if (f_enabled_[i]) t.total += f[i];
+  t.total *= 1 - hold_weight_ * (1 - t.hold);
   return t;
 }
 
@@ -81,6 +85,10 @@ double Scorer::evaluation(std::span<const proto::Measurement> trials) const {
   double sum = 0;
   for (const proto::Measurement& m : trials) sum += trial(m).total;
   return sum / static_cast<double>(trials.size());
+}
+
+bool held(const proto::Measurement& m) {
+  return m.held();
 }
 
 bool success(const proto::Measurement& m) {

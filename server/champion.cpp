@@ -1,5 +1,7 @@
 #include "server/champion.h"
 
+#include <algorithm>
+#include <numeric>
 #include <set>
 #include <string_view>
 #include <tuple>
@@ -14,15 +16,21 @@ std::vector<BestRecord> candidates(const std::vector<BestRecord>& bests) {
   return kept;
 }
 
-std::size_t choose(const std::vector<ValidationRecord>& validations) {
-  const auto better = [](const ValidationRecord& a, const ValidationRecord& b) {
-    return std::make_tuple(-static_cast<double>(a.successes), -a.fitness, a.generation) <
-           std::make_tuple(-static_cast<double>(b.successes), -b.fitness, b.generation);
+std::vector<std::size_t> ranking(const std::vector<ValidationRecord>& validations) {
+  const auto key = [&](std::size_t i) {
+    const ValidationRecord& v = validations[i];
+    const double grasped = v.trials > 0 ? static_cast<double>(v.successes) / v.trials : 0;
+    const double lifted = v.lift_trials > 0 ? static_cast<double>(v.lifts) / v.lift_trials : -1;
+    return std::make_tuple(v.lift_trials == 0, -(grasped + lifted), -v.fitness, v.generation, i);
   };
-  std::size_t best = 0;
-  for (std::size_t i = 1; i < validations.size(); ++i)
-    if (better(validations[i], validations[best])) best = i;
-  return best;
+  std::vector<std::size_t> order(validations.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return key(a) < key(b); });
+  return order;
+}
+
+std::size_t choose(const std::vector<ValidationRecord>& validations) {
+  return ranking(validations).front();
 }
 
 }  // namespace evograsp::server

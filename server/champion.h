@@ -11,8 +11,12 @@ namespace evograsp::server {
 // first generation it was best in). In the order of `bests`.
 std::vector<BestRecord> candidates(const std::vector<BestRecord>& bests);
 
-// Index of the one to give out: most successes, then highest mean fitness, then the earlier generation. One
-// validation a candidate; not empty.
+// Indices of the candidates, the best first. Those that were lifted come before the others, by the share of
+// successes plus the share of lifts that held; the rest by most successes; then highest mean fitness, then
+// the earlier generation.
+std::vector<std::size_t> ranking(const std::vector<ValidationRecord>& validations);
+
+// Index of the one to give out: the first of the ranking. One validation a candidate; not empty.
 std::size_t choose(const std::vector<ValidationRecord>& validations);
 
 }  // namespace evograsp::server

@@ -47,7 +47,7 @@ void DispatchLoop::begin(Work work) {
   auditor_.begin();
   names_.clear();
   said_disputed_ = false;
-  scheduler_.begin(work_.networks, static_cast<std::uint32_t>(work_.trials.size()));
+  scheduler_.begin(work_.networks, static_cast<std::uint32_t>(work_.trials.size()), work_.lifts);
   working_ = true;
 }
 

@@ -24,9 +24,12 @@ void Gather::begin(Kind kind, std::uint32_t generation, std::vector<Item> items,
 Judgement Gather::judge(std::span<const proto::Measurement> measurements) const {
   Judgement judgement;
   judgement.fitness = scorer_.evaluation(measurements);
+  for (const proto::Measurement& m : measurements) judgement.scores.push_back(scorer_.trial(m).total);
   judgement.trials = static_cast<std::uint32_t>(measurements.size());
   judgement.successes =
       static_cast<std::uint32_t>(std::count_if(measurements.begin(), measurements.end(), score::success));
+  judgement.lifts =
+      static_cast<std::uint32_t>(std::count_if(measurements.begin(), measurements.end(), score::held));
   judgement.judged = true;
   return judgement;
 }

@@ -22,6 +22,8 @@ struct Judgement {
   double fitness = 0;
   std::uint32_t trials = 0, successes = 0;
   bool judged = false;
+  std::uint32_t lifts = 0;     // that held
+  std::vector<double> scores;  // fitness of each trial
 };
 
 // Thread-safe.
@@ -29,7 +31,7 @@ class Gather : public WorkSink {
  public:
   Gather(const score::Scorer& scorer, Store& store) : scorer_(scorer), store_(store) {}
 
-  enum class Kind { kGeneration, kValidation };
+  enum class Kind { kGeneration, kValidation, kOptional };  // kept: measurements, judgements, nothing
   struct Item {
     std::uint64_t genome = 0;
     std::uint32_t generation = 0;  // that bred it

@@ -19,11 +19,6 @@ constexpr double kProgressSeconds = 0.2;
 constexpr std::size_t kMostCommitting = 64;  // generations the disk may lag behind
 constexpr std::size_t kNetworksAtOnce = 16;  // expressed before they are handed to the dispatcher
 
-// Not finite is worse than everything; evolution must never breed from it.
-double rank_value(double fitness) {
-  return std::isfinite(fitness) ? fitness : -HUGE_VAL;
-}
-
 }  // namespace
 
 RunLoop::RunLoop(const ResumePoint& start, neat::Population population, Store& store, Dispatcher& dispatcher,
@@ -108,7 +103,10 @@ Status RunLoop::evolve_one(bool resumed) {
   commit_judged();
   if (Status status = wait_for_commits(kMostCommitting); !status) return status;
   if (Status status = wait_for_work(); !status || stopped_) return status;
-  judge_generation(plan);
+  std::vector<Judgement> judgements = gather_.take();
+  if (Status status = race(judgements); !status || stopped_) return status;
+  if (Status status = lift_best(judgements); !status || stopped_) return status;
+  judge_generation(plan, judgements);
   return {};
 }
 
@@ -153,8 +151,7 @@ Status RunLoop::hand_out(const std::vector<std::uint32_t>& pending, Work work) {
   return {};
 }
 
-void RunLoop::judge_generation(const TrialPlan& plan) {
-  const std::vector<Judgement> judgements = gather_.take();
+void RunLoop::judge_generation(const TrialPlan& plan, const std::vector<Judgement>& judgements) {
   std::vector<double> fitness;
   for (const Judgement& judgement : judgements) fitness.push_back(judgement.fitness);
   GenerationRecord record = describe(fitness);

@@ -12,6 +12,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <deque>
 #include <functional>
 #include <mutex>
@@ -28,6 +29,11 @@
 #include "server/trial_plan.h"
 
 namespace evograsp::server {
+
+// Not finite is worse than everything; evolution must never breed from it.
+inline double rank_value(double fitness) {
+  return std::isfinite(fitness) ? fitness : -HUGE_VAL;
+}
 
 // Where the loop stands, for snapshots.
 struct RunPosition {
@@ -75,11 +81,19 @@ class RunLoop {
   Status evolve_one(bool resumed);
   Status hand_out(const std::vector<std::uint32_t>& pending, Work work);
   void take_journalled();
-  void judge_generation(const TrialPlan& plan);
+  void judge_generation(const TrialPlan& plan, const std::vector<Judgement>& judgements);
   BestRecord best_of(const std::vector<double>& fitness) const;
   GenerationRecord describe(const std::vector<double>& fitness) const;
   void commit_judged();
+  Result<std::vector<Judgement>> try_again(const std::vector<std::uint32_t>& genomes, const TrialPlan& plan,
+                                           bool lifts);
+  Result<std::vector<Judgement>> judge_candidates(const std::vector<BestRecord>& candidates,
+                                                  const TrialPlan& plan, std::uint32_t generation,
+                                                  bool lifts);
+  Status race(std::vector<Judgement>& judgements);
+  Status lift_best(std::vector<Judgement>& judgements);
   Status validate();
+  Status lift_finalists(const std::vector<BestRecord>& finalists, std::vector<ValidationRecord>& records);
   Status publish_champion(const BestRecord& best, const ValidationRecord& validation);
 
   // Waits for the work that is out; answers to pause and stop meanwhile. An empty status and stopped_:

@@ -24,13 +24,13 @@ Status RunLoop::validate() {
              v.trials == plan.trials.size();
     });
     if (found != validated_.end())
-      gather_.already(i, {found->fitness, found->trials, found->successes, true});
+      gather_.already(i, {found->fitness, found->trials, found->successes, true, 0, {}});
   }
 
   const std::vector<std::uint32_t> pending = gather_.pending();
   if (!pending.empty()) {
     dispatcher_.begin(
-        {judged_generations_, plan.set, plan.trials, static_cast<std::uint32_t>(pending.size()), {}});
+        {judged_generations_, plan.set, plan.trials, false, static_cast<std::uint32_t>(pending.size()), {}});
     std::vector<NetworkFrame> frames;
     for (const std::uint32_t i : pending)
       frames.push_back({finalists[i].genome, to_frame(finalists[i].network)});
@@ -42,7 +42,8 @@ Status RunLoop::validate() {
   std::vector<ValidationRecord> records;
   for (std::size_t i = 0; i < finalists.size(); ++i)
     records.push_back({finalists[i].generation, finalists[i].genome, judgements[i].trials,
-                       judgements[i].successes, judgements[i].fitness});
+                       judgements[i].successes, judgements[i].fitness, 0, 0});
+  if (Status status = lift_finalists(finalists, records); !status || stopped_) return status;
   const std::size_t chosen = choose(records);
   return publish_champion(finalists[chosen], records[chosen]);
 }

@@ -9,6 +9,7 @@ namespace evograsp::server {
 namespace {
 
 constexpr double kFirstGuess = 1e-4;            // s a trial, before any has been measured
+constexpr double kLiftGuess = 0.08;             // s, the same of a lift test
 constexpr double kSmallestTask = 2.5e-4;        // s: below this, sending costs more than it spreads
 constexpr std::uint32_t kShare = 2;             // tasks a slot that the remaining work is cut into
 constexpr std::size_t kMaxTaskBytes = 1 << 20;  // of networks in one message
@@ -24,7 +25,8 @@ constexpr std::uint8_t kLossesToSuspect = 2;
 
 }  // namespace
 
-Scheduler::Scheduler(const SchedulerOptions& options) : options_(options), trial_seconds_(kFirstGuess) {}
+Scheduler::Scheduler(const SchedulerOptions& options)
+    : options_(options), trial_seconds_{kFirstGuess, kLiftGuess} {}
 
 void Scheduler::join(WorkerId worker, std::uint32_t slots, Party party) {
   workers_[worker].slots = slots;
@@ -63,8 +65,9 @@ void Scheduler::set_round_trip(WorkerId worker, double seconds) {
   if (last.size() > kRoundTrips) last.pop_front();
 }
 
-void Scheduler::begin(std::uint32_t networks, std::uint32_t trials) {
+void Scheduler::begin(std::uint32_t networks, std::uint32_t trials, bool lifts) {
   abandon();
+  kind_ = lifts ? 1 : 0;
   trials_ = trials;
   networks_left_ = networks;
   trials_pending_ = static_cast<std::uint64_t>(networks) * trials;
@@ -99,7 +102,7 @@ void Scheduler::abandon() {
 }
 
 double Scheduler::cost(const Worker& worker) const {
-  return worker.trial_seconds > 0 ? worker.trial_seconds : trial_seconds_;
+  return worker.trial_seconds[kind_] > 0 ? worker.trial_seconds[kind_] : trial_seconds_[kind_];
 }
 
 std::uint32_t Scheduler::credit(const Worker& worker) const {
@@ -217,7 +220,8 @@ Scheduler::Task* Scheduler::straggler(WorkerId id, double now) {
     if (task.attempts.size() >= kMaxCopies || task.what.suspect) continue;
     const Attempt& attempt = task.attempts.front();
     if (attempt.worker == id || !may(workers_.at(id), task.what.audit)) continue;
-    const double work = trial_seconds_ * task.what.trials * static_cast<double>(task.what.networks.size());
+    const double work =
+        trial_seconds_[kind_] * task.what.trials * static_cast<double>(task.what.networks.size());
     const double since = attempt.started >= 0 ? attempt.started : attempt.sent;
     const std::deque<double>& trips = workers_.at(attempt.worker).round_trips;
     const double round_trip = trips.empty() ? 0 : trips.back();  // queues included
@@ -288,9 +292,9 @@ Scheduler::Accepted Scheduler::result(WorkerId id, std::uint64_t number, double 
 
 void Scheduler::learn(Worker& worker, double seconds, std::size_t trials) {
   const double each = std::max(1e-7, seconds / static_cast<double>(trials));
-  worker.trial_seconds =
-      worker.trial_seconds > 0 ? worker.trial_seconds + kLearningRate * (each - worker.trial_seconds) : each;
-  trial_seconds_ += kLearningRate * (each - trial_seconds_);
+  double& own = worker.trial_seconds[kind_];
+  own = own > 0 ? own + kLearningRate * (each - own) : each;
+  trial_seconds_[kind_] += kLearningRate * (each - trial_seconds_[kind_]);
 }
 
 void Scheduler::failed(WorkerId worker, std::uint64_t number) {

@@ -8,6 +8,7 @@
 // all slots finish together.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <deque>
 #include <map>
@@ -74,7 +75,8 @@ class Scheduler {
   void set_round_trip(WorkerId worker, double seconds);
 
   // Starts a generation of `networks` x `trials`; what was still outstanding of the last one is forgotten.
-  void begin(std::uint32_t networks, std::uint32_t trials);
+  // lifts: the trials are lift tests, which take a thousand times as long; what they cost is learnt apart.
+  void begin(std::uint32_t networks, std::uint32_t trials, bool lifts = false);
   // Network `index` can be given out; bytes: its size on the wire.
   // early: before what is queued already.
   void add(std::uint32_t index, std::size_t bytes, bool early = false);
@@ -132,7 +134,7 @@ class Scheduler {
   std::uint32_t outstanding(WorkerId worker) const;
   std::uint32_t slots(WorkerId worker) const;
   std::uint32_t total_slots() const { return total_slots_; }
-  double trial_seconds() const { return trial_seconds_; }
+  double trial_seconds() const { return trial_seconds_[0]; }  // of grasps
   void count_late() { ++counts_.late; }
   const SchedulerCounts& counts() const { return counts_; }
 
@@ -157,11 +159,11 @@ class Scheduler {
     std::uint32_t slots = 0;
     Party party = 0;
     bool active = true;
-    std::vector<std::uint64_t> tasks;  // in the order sent
-    std::size_t bytes = 0;             // of the networks in `tasks`
-    std::deque<double> round_trips;    // s, the last few
-    double trial_seconds = 0;          // 0: not measured yet
-    bool exclusive = false;            // holds a suspect, and nothing else
+    std::vector<std::uint64_t> tasks;       // in the order sent
+    std::size_t bytes = 0;                  // of the networks in `tasks`
+    std::deque<double> round_trips;         // s, the last few
+    std::array<double, 2> trial_seconds{};  // of grasps, of lifts; 0: not measured yet
+    bool exclusive = false;                 // holds a suspect, and nothing else
   };
 
   std::uint32_t credit(const Worker& worker) const;
@@ -189,7 +191,8 @@ class Scheduler {
   SchedulerOptions options_;
   std::map<WorkerId, Worker> workers_;
   std::uint32_t total_slots_ = 0;
-  double trial_seconds_;
+  std::array<double, 2> trial_seconds_;  // as in Worker
+  std::size_t kind_ = 0;                 // of the work at hand: 0 grasps, 1 lifts
 
   std::uint32_t trials_ = 0;
   std::uint32_t networks_left_ = 0;

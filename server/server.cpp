@@ -9,6 +9,7 @@
 #include "common/digest.h"
 #include "common/log.h"
 #include "common/version.h"
+#include "common/view_features.h"
 #include "common/watchdog.h"
 #include "server/api.h"
 #include "server/champion_file.h"
@@ -22,8 +23,7 @@ namespace evograsp::server {
 
 namespace {
 
-constexpr int kNetworkOutputs = 7;     // position, axis, angle
-constexpr int kInputsBesideDepth = 4;  // click a, b and box w, h
+constexpr int kNetworkOutputs = 7;  // position, axis, angle
 
 std::uint64_t new_run_id() {
   std::random_device device;
@@ -51,9 +51,9 @@ std::vector<StoredAsset> pack(const assets::ResolvedExperiment& experiment) {
 }
 
 Result<Parts> start_new(const ServerOptions& options) {
-  const proto::Config& config = options.config;
-  const int inputs =
-      static_cast<int>(config.camera().columns() * config.camera().rows()) + kInputsBesideDepth;
+  proto::Config config = options.config;
+  config.mutable_neat()->set_other_inputs(other_inputs(config.camera()));
+  const int inputs = static_cast<int>(network_inputs(config.camera()));
   auto population = neat::Population::create(config.neat(), inputs, kNetworkOutputs, config.run().seed());
   if (!population) return tl::unexpected(population.error());
   NewRun run;

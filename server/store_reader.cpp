@@ -228,6 +228,8 @@ Result<std::vector<ValidationRecord>> StoreReader::validations() {
                                     v.trials = static_cast<std::uint32_t>(s.integer());
                                     v.successes = static_cast<std::uint32_t>(s.integer());
                                     v.fitness = s.real();
+                                    v.lift_trials = static_cast<std::uint32_t>(s.integer());
+                                    v.lifts = static_cast<std::uint32_t>(s.integer());
                                     return v;
                                   });
 }

@@ -68,6 +68,10 @@ Result<proto::Champion> make_champion(const proto::Config& config, const std::st
     champion.set_validation_trials(validation->trials);
     champion.set_validation_successes(validation->successes);
     champion.set_validation_fitness(validation->fitness);
+    if (validation->lift_trials > 0) {
+      champion.set_validation_lift_trials(validation->lift_trials);
+      champion.set_validation_lifts(validation->lifts);
+    }
   }
   return champion;
 }

@@ -93,7 +93,8 @@ struct ValidationRecord {
   std::uint32_t generation = 0;  // that bred the candidate
   std::uint64_t genome = 0;
   std::uint32_t trials = 0, successes = 0;
-  double fitness = 0;  // mean over the validation's trials
+  double fitness = 0;                        // mean over the validation's trials
+  std::uint32_t lift_trials = 0, lifts = 0;  // of the best ones (LiftConfig.finalists): lifted, and held
 };
 
 enum class Severity { kInfo = 0, kWarning = 1, kError = 2 };

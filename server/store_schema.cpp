@@ -96,6 +96,8 @@ CREATE TABLE validations (
   trials INTEGER NOT NULL,
   successes INTEGER NOT NULL,
   fitness REAL NOT NULL,
+  lift_trials INTEGER NOT NULL,
+  lifts INTEGER NOT NULL,
   seal BLOB NOT NULL,
   PRIMARY KEY (generation, genome)
 ) STRICT;

@@ -8,7 +8,7 @@
 
 namespace evograsp::server {
 
-inline constexpr int kSchemaVersion = 1;                    // PRAGMA user_version
+inline constexpr int kSchemaVersion = 2;                    // PRAGMA user_version
 inline constexpr std::int64_t kApplicationId = 0x45564f47;  // PRAGMA application_id: "EVOG"
 
 // The statements that make an empty file a run.db. What it says is part of the product:

@@ -161,9 +161,10 @@ Status StoreTables::put_poison(const PoisonRecord& p) {
 }
 
 Status StoreTables::put_validation(const ValidationRecord& v) {
-  return write(*database_, "INSERT OR REPLACE INTO validations VALUES (?,?,?,?,?,?)", [&](Statement& s) {
+  return write(*database_, "INSERT OR REPLACE INTO validations VALUES (?,?,?,?,?,?,?,?)", [&](Statement& s) {
     s.bind(std::int64_t{v.generation}).bind_id(v.genome).bind(std::int64_t{v.trials});
-    s.bind(std::int64_t{v.successes}).bind(v.fitness).bind_seal();
+    s.bind(std::int64_t{v.successes}).bind(v.fitness);
+    s.bind(std::int64_t{v.lift_trials}).bind(std::int64_t{v.lifts}).bind_seal();
   });
 }
 

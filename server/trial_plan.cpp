@@ -25,14 +25,14 @@ void add(TrialPlan& plan, std::uint64_t seed, std::uint32_t target, std::uint32_
   key.set_click(click);
 }
 
-}  // namespace
-
-TrialPlan plan_generation(const proto::Config& config, std::uint32_t generation) {
+// Part 0 are the mandatory scenes of a generation, part 1 and on the optional ones.
+TrialPlan plan_scenes(const proto::Config& config, std::uint32_t generation, std::uint32_t part) {
   const std::uint64_t run = config.run().seed();
   TrialPlan plan;
-  plan.set = hash_key(run, Purpose::kTrialSeeds, generation, kSetName);
-  for (std::uint32_t scene = 0; scene < config.trials().scenes(); ++scene) {
-    Random random(run, Purpose::kTrialSeeds, generation, scene);
+  plan.set = hash_key(run, Purpose::kTrialSeeds, generation, kSetName - part);
+  const std::uint64_t first = std::uint64_t{part} * config.trials().scenes();
+  for (std::uint32_t i = 0; i < config.trials().scenes(); ++i) {
+    Random random(run, Purpose::kTrialSeeds, generation, first + i);
     const std::uint64_t seed = random.next();
     std::vector<std::uint32_t> targets = targets_of(config.scene(), seed);
     if (!config.trials().every_object())
@@ -43,16 +43,44 @@ TrialPlan plan_generation(const proto::Config& config, std::uint32_t generation)
   return plan;
 }
 
-TrialPlan plan_validation(const proto::Config& config) {
+// Placements of one stream, a trial each; targets take turns among the objects that stand there.
+TrialPlan plan_fresh(const proto::Config& config, Purpose purpose, std::uint32_t stream,
+                     std::uint32_t trials) {
   const std::uint64_t run = config.run().seed();
   TrialPlan plan;
-  plan.set = hash_key(run, Purpose::kValidation, 0, kSetName);
-  for (std::uint32_t i = 0; i < config.champion().validation_trials(); ++i) {
-    Random random(run, Purpose::kValidation, 0, i);
+  plan.set = hash_key(run, purpose, stream, kSetName);
+  for (std::uint32_t i = 0; i < trials; ++i) {
+    Random random(run, purpose, stream, i);
     const std::uint64_t seed = random.next();
     const std::vector<std::uint32_t> targets = targets_of(config.scene(), seed);
     add(plan, seed, targets[i % targets.size()], 0);
   }
+  return plan;
+}
+
+}  // namespace
+
+TrialPlan plan_generation(const proto::Config& config, std::uint32_t generation) {
+  return plan_scenes(config, generation, 0);
+}
+
+TrialPlan plan_optional(const proto::Config& config, std::uint32_t generation, std::uint32_t round) {
+  return plan_scenes(config, generation, round + 1);
+}
+
+TrialPlan plan_validation(const proto::Config& config) {
+  return plan_fresh(config, Purpose::kValidation, 0, config.champion().validation_trials());
+}
+
+TrialPlan plan_final_lifts(const proto::Config& config) {
+  TrialPlan plan = plan_fresh(config, Purpose::kValidation, 1, config.lift().finalist_trials());
+  for (proto::TrialKey& key : plan.trials) key.set_lift(true);
+  return plan;
+}
+
+TrialPlan plan_lifts(const proto::Config& config, std::uint32_t generation) {
+  TrialPlan plan = plan_fresh(config, Purpose::kLifts, generation, config.lift().trials());
+  for (proto::TrialKey& key : plan.trials) key.set_lift(true);
   return plan;
 }
 

@@ -18,6 +18,7 @@ struct Work {
   std::uint32_t generation = 0;
   std::uint64_t trial_set = 0;  // names the list of trials: workers keep what they prepared for it
   std::vector<proto::TrialKey> trials;
+  bool lifts = false;                  // the trials' keys say lift
   std::uint32_t networks = 0;          // how many will be added
   std::optional<double> noop_seconds;  // benchmarks: workers answer after this long without simulating
 };

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "sim/kinect_noise.h"
+#include "sim/view_features.h"
 
 namespace evograsp::sim {
 namespace {
@@ -37,6 +38,8 @@ Result<DepthCamera> DepthCamera::create(const proto::Experiment& experiment,
   if (!camera) return tl::unexpected(camera.error());
   out.camera_ = *camera;
   const proto::GraspConfig& grasp = experiment.grasp();
+  out.box_unit_ = workspace_unit(grasp, true);
+  out.workspace_unit_ = workspace_unit(grasp, false);
   out.workspace_centre_ =
       grasp.has_workspace_centre() ? from_proto(grasp.workspace_centre()) : Vec3(0, 0, 0.125);
   auto bodies = std::make_shared<std::vector<RayBody>>();
@@ -126,6 +129,19 @@ Vec3 DepthCamera::centre_of(const Placements& placements, std::size_t object) co
   return placements.pose[object] * Vec3(placements.scale_of(object) * centre_of_mass_[object]);
 }
 
+void DepthCamera::measure_view(const Pixel& centre, bool bounding_box, Info* info) const {
+  SampledView view;
+  view.camera = &camera_;
+  view.centre = bounding_box ? centre : Pixel{camera_.width() / 2.0 - 0.5, camera_.height() / 2.0 - 0.5};
+  view.width = bounding_box ? config_.box_width() : camera_.width();
+  view.height = bounding_box ? config_.box_height() : camera_.height();
+  view.depth = info->depth;
+  view.point = info->point;
+  view.anchor = info->anchor;
+  view.unit = bounding_box ? box_unit_ : workspace_unit_;
+  info->features = view_features(config_, view);
+}
+
 void DepthCamera::render(const Placements& placements, int target, bool bounding_box,
                          std::vector<float>* depth) const {
   const Camera camera = camera_.of_placement(placements.seed);
@@ -167,6 +183,7 @@ Result<Info> DepthCamera::look(const Placements& placements, int target, int cli
   Random noise(placements.seed, Purpose::kSensorNoise, static_cast<std::uint64_t>(target),
                static_cast<std::uint64_t>(click));
   sample(view, bounding_box, config_.has_noise() ? &noise : nullptr, &info.depth);
+  measure_view(*centre, bounding_box, &info);
   return info;
 }
 
@@ -177,6 +194,7 @@ void Info::write_inputs(std::span<float> inputs) const {
   inputs[n + 1] = static_cast<float>(click_b);
   inputs[n + 2] = static_cast<float>(box_w);
   inputs[n + 3] = static_cast<float>(box_h);
+  std::copy(features.begin(), features.end(), inputs.begin() + static_cast<std::ptrdiff_t>(n + 4));
 }
 
 }  // namespace evograsp::sim

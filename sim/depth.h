@@ -49,9 +49,11 @@ class DepthCamera {
   void sample(const View& view, bool bounding_box, Random* noise, std::vector<float>* depth) const;
   PosedScene posed(const Placements& placements) const;
   Vec3 centre_of(const Placements& placements, std::size_t object) const;
+  void measure_view(const Pixel& centre, bool bounding_box, Info* info) const;
 
   proto::CameraConfig config_;
   Vec3 workspace_centre_ = Vec3::Zero();
+  Vec3 box_unit_ = Vec3::Zero(), workspace_unit_ = Vec3::Zero();  // of the position output, m
   Camera camera_;
   RayCaster caster_;
   std::vector<Vec3> centre_of_mass_;  // body frame

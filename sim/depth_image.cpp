@@ -5,6 +5,7 @@
 #include <string>
 
 #include "sim/depth.h"
+#include "sim/view_features.h"
 
 namespace evograsp::sim {
 namespace {
@@ -80,7 +81,7 @@ Pixel DepthImage::pixel_of(double a, double b, double z) const {
 }
 
 Result<Info> look_at_recording(const DepthImage& image, const proto::CameraConfig& config,
-                               const Camera& training, const Vec3& workspace_centre, int u, int v,
+                               const Camera& training, const proto::GraspConfig& grasp, int u, int v,
                                const RecordedOptions& options) {
   if (u < 0 || v < 0 || u >= image.width() || v >= image.height())
     return fail(ErrorCode::kUsage, "the click (" + std::to_string(u) + ", " + std::to_string(v) +
@@ -136,7 +137,25 @@ Result<Info> look_at_recording(const DepthImage& image, const proto::CameraConfi
     info.box_h = std::min(1.0, (high.y() - low.y()) / (z * scale) * training.fy() / training.height());
   }
   info.point = training.pose() * clicked;
+  const Vec3 workspace_centre =
+      grasp.has_workspace_centre() ? from_proto(grasp.workspace_centre()) : Vec3(0, 0, 0.125);
   info.anchor = options.bounding_box ? training.pose() * surface : workspace_centre;
+
+  // Points where the training camera sees them: on the same rays, moved with the depths.
+  const auto seen = [&](double a, double b, double depth) {
+    const double at = move ? depth + home - z : depth;
+    return Vec3(training.pose() * Vec3(a * at, b * at, at));
+  };
+  SampledView view;
+  view.camera = &training;
+  view.centre = {training.cx() + a0 * training.fx(), training.cy() + b0 * training.fy()};
+  view.width = width * training.fx();
+  view.height = height * training.fy();
+  view.depth = info.depth;
+  view.point = seen(a0 + shift_a - (move ? 0 : a0), b0 + shift_b - (move ? 0 : b0), clicked.z());
+  view.anchor = options.bounding_box ? seen(a0, b0, z) : workspace_centre;
+  view.unit = workspace_unit(grasp, options.bounding_box);
+  info.features = view_features(config, view);
   return info;
 }
 

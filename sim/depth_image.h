@@ -80,7 +80,7 @@ struct RecordedOptions {
 // recording camera by training.pose().inverse(). Errors: the click is outside the image, or no reading within
 // kHoleReach pixels of it.
 Result<Info> look_at_recording(const DepthImage& image, const proto::CameraConfig& config,
-                               const Camera& training, const Vec3& workspace_centre, int u, int v,
+                               const Camera& training, const proto::GraspConfig& grasp, int u, int v,
                                const RecordedOptions& options);
 
 }  // namespace evograsp::sim

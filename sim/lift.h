@@ -7,9 +7,8 @@
 // changes of gravity. That is the same mechanics (translations only), and leaves the object's slip as its
 // motion in the world.
 //
-// Bits: equal for repeated tests on one type of machine. Bullet calls libm's sin and cos, whose last bits
-// depend on the processor, so other machines may differ in the last digits, and a grasp on the very edge of
-// slipping may fall.
+// Bits: equal on every x86-64 machine with the same Bullet library, which is bound to trigonometry of our own
+// (sim/lift_libm.h).
 #pragma once
 
 #include <span>

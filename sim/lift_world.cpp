@@ -14,6 +14,7 @@
 #include <cmath>
 #include <vector>
 
+#include "sim/lift_libm.h"
 #include "sim/lift_shapes.h"
 #include "sim/shape.h"
 
@@ -260,6 +261,7 @@ void LiftWorld::Parts::add_hand(const LiftSetup& setup) {
 }
 
 LiftWorld::LiftWorld(const LiftSetup& setup, const LiftOptions& options) : parts_(std::make_unique<Parts>()) {
+  keep_own_libm();
   Parts& p = *parts_;
   p.step_s = options.step_s;
   p.gravity = options.gravity;

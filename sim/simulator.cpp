@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/det_math.h"
+#include "common/view_features.h"
 #include "sim/approach.h"
 #include "sim/closing.h"
 #include "sim/contacts.h"
@@ -75,9 +76,7 @@ class GraspSimulator final : public Simulator {
   }
 
   int object_count() const override { return static_cast<int>(objects_.size()); }
-  int inputs() const override {
-    return static_cast<int>(experiment_.camera().columns() * experiment_.camera().rows()) + 4;
-  }
+  int inputs() const override { return static_cast<int>(network_inputs(experiment_.camera())); }
   const proto::Experiment& experiment() const override { return experiment_; }
   const proto::ObjectBundle& object(int index) const override {
     return objects_[static_cast<std::size_t>(index)];

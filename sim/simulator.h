@@ -38,7 +38,9 @@ struct Info {
   double box_w = 0, box_h = 0;      // size of the target's image bounding box, in [0, 1] of the image
   Vec3 point = Vec3::Zero();        // surface point under the click, world, m
   Vec3 anchor = Vec3::Zero();       // what the network's position output is relative to, world, m
-  // The network's input vector: depth, a, b, w, h (the bias is the network's own).
+  std::vector<float> features;      // camera.feature, in its order (sim/view_features.h)
+  // The network's input vector: depth, a, b, w, h, features (the bias is the network's own).
+  std::size_t input_count() const { return depth.size() + 4 + features.size(); }
   void write_inputs(std::span<float> inputs) const;
 };
 
@@ -106,7 +108,7 @@ class Simulator {
   virtual Pose decode(std::span<const float> outputs, const Info& info, bool bounding_box) const = 0;
 
   virtual int object_count() const = 0;
-  virtual int inputs() const = 0;  // columns x rows + 4
+  virtual int inputs() const = 0;  // columns x rows + 4 + features
   virtual const proto::Experiment& experiment() const = 0;
   virtual const proto::ObjectBundle& object(int index) const = 0;
   virtual const proto::HandBundle& hand() const = 0;

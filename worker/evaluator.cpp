@@ -5,6 +5,7 @@
 #include <thread>
 #include <utility>
 
+#include "sim/lift.h"
 #include "worker/steps.h"
 
 namespace evograsp::worker {
@@ -110,8 +111,16 @@ void Evaluator::measure(const Network& network, proto::TaskResult& result) {
     }
     const std::span<const float> outputs(outputs_.data() + i * sim::kOutputs, sim::kOutputs);
     const Pose tool = simulator.decode(outputs, scenario.info, box);
-    *result.add_measurement() =
-        to_proto(simulator.get_quality(scenario.placements, scenario.target, tool, *workspace_));
+    sim::GraspReport report;
+    const sim::Measurement measured = simulator.get_quality(scenario.placements, scenario.target, tool,
+                                                            *workspace_, scenario.lift ? &report : nullptr);
+    proto::Measurement& out = *result.add_measurement();
+    out = to_proto(measured);
+    if (!scenario.lift) continue;
+    const bool closed = measured.outcome == proto::GRASPED && measured.quality > 0;
+    const auto lifted = closed ? sim::lift_test(simulator, scenario.placements, scenario.target, report)
+                               : Result<sim::LiftReport>();
+    out.set_held(closed && lifted && lifted->held);
   }
 }
 

@@ -14,6 +14,7 @@ std::shared_ptr<const Scenario> make_scenario(const sim::Simulator& simulator, c
     return scenario;
   }
   scenario->target = static_cast<int>(key.target());
+  scenario->lift = key.lift();
   Result<sim::Placements> placements = simulator.shuffle(key.seed());
   if (!placements) {
     scenario->fault = placements.error().message;
@@ -36,7 +37,9 @@ std::shared_ptr<const Scenario> make_scenario(const sim::Simulator& simulator, c
 
 std::vector<std::shared_ptr<const Scenario>> TrialSet::prepare(const sim::Simulator& simulator,
                                                                std::span<const proto::TrialKey* const> keys) {
-  const auto key_of = [](const proto::TrialKey* k) { return Key{k->seed(), k->target(), k->click()}; };
+  const auto key_of = [](const proto::TrialKey* k) {
+    return Key{k->seed(), k->target(), k->click(), k->lift()};
+  };
   for (const proto::TrialKey* key : keys)
     if (claim(key_of(key))) publish(key_of(key), make_scenario(simulator, *key));
   std::vector<std::shared_ptr<const Scenario>> scenarios;

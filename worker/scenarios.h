@@ -23,6 +23,7 @@ namespace evograsp::worker {
 // Immutable once prepared.
 struct Scenario {
   int target = 0;
+  bool lift = false;  // what is grasped is lifted, too
   sim::Placements placements;
   sim::Info info;
   std::vector<float> inputs;  // the network's input vector
@@ -37,7 +38,7 @@ class TrialSet {
                                                        std::span<const proto::TrialKey* const> keys);
 
  private:
-  using Key = std::tuple<std::uint64_t, std::uint32_t, std::uint32_t>;
+  using Key = std::tuple<std::uint64_t, std::uint32_t, std::uint32_t, bool>;  // a trial key
   bool claim(const Key& key);
   void publish(const Key& key, std::shared_ptr<const Scenario> scenario);
   std::shared_ptr<const Scenario> wait(const Key& key);

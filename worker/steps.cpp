@@ -50,6 +50,7 @@ Status get_info(const sim::Simulator& simulator, const proto::StepRequest& reque
   out.set_box_h(info->box_h);
   *out.mutable_point() = evograsp::to_proto(info->point);
   *out.mutable_anchor() = evograsp::to_proto(info->anchor);
+  out.mutable_feature()->Add(info->features.begin(), info->features.end());
   return {};
 }
 

@@ -223,6 +223,21 @@ TEST(MutateWeights, DepthScaleShrinksOnlyLinksFromDepth) {
   EXPECT_GT(rest / 11, 0.2);
 }
 
+TEST(Start, FeaturesLinksEverythingButDepthToEveryOutput) {
+  proto::NeatConfig config;
+  config.set_topology(proto::FEATURES);
+  config.set_other_inputs(7);  // click, box and a centroid
+  const auto start = make_start(config, 307, 7);
+  EXPECT_EQ(start->links(), 7U * (7 + 1));
+  EXPECT_EQ(start->hidden, 0U);
+  for (std::uint32_t i = 0; i < start->links(); ++i) {
+    EXPECT_GE(start->source[i], 300U);
+    EXPECT_LE(start->source[i], 307U);  // the bias
+  }
+  EXPECT_TRUE(start->contains(300, start->first_output()));
+  EXPECT_FALSE(start->contains(299, start->first_output()));
+}
+
 TEST(Allot, IsProportionalByLargestRemainder) {
   using Parts = std::vector<std::uint32_t>;
   EXPECT_EQ(allot(std::vector{1.0, 1.0, 1.0}, 10), (Parts{4, 3, 3}));

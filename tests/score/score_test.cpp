@@ -125,6 +125,27 @@ TEST(Score, NotANumberIsAFailedTrialAndNeverABest) {
   EXPECT_EQ(scorer->trial(m).total, 0);
 }
 
+TEST(Score, HoldTakesFromGraspsFarFromTheCentre) {
+  proto::FitnessConfig c = config("1234", proto::NORMALISED);
+  c.set_hold_weight(0.4);
+  c.set_hold_range(0.06);
+  const auto scorer = Scorer::create(c);
+  ASSERT_TRUE(scorer);
+  EXPECT_NEAR(scorer->trial(grasp(0.5)).total, 1 - 0.4 * 0.5, 1e-12);  // 3 of 6 cm
+  proto::Measurement centred = grasp(0.5);
+  centred.set_target_distance(0);
+  EXPECT_NEAR(scorer->trial(centred).total, 1, 1e-12);
+  const auto plain = Scorer::create(config("1234", proto::NORMALISED));
+  EXPECT_NEAR(scorer->trial(grasp(0)).total, 0.6 * plain->trial(grasp(0)).total, 1e-12);
+}
+
+TEST(Score, HeldIsWhatWasLiftedAndStayed) {
+  proto::Measurement m = grasp(0.5);
+  EXPECT_FALSE(held(m));
+  m.set_held(true);
+  EXPECT_TRUE(held(m));
+}
+
 TEST(Score, EvaluationIsTheMean) {
   const auto scorer = Scorer::create(config("1", proto::NORMALISED));
   const proto::Measurement trials[] = {grasp(0.2), grasp(0)};

@@ -52,6 +52,40 @@ TEST(TrialPlan, GenerationsAndValidationShareNoPlacement) {
   for (const proto::TrialKey& key : validation.trials) EXPECT_TRUE(seeds.insert(key.seed()).second);
 }
 
+TEST(Champion, LiftedOnesComeFirstByGraspsAndLifts) {
+  // 38 of 40 and 10 of 20 lifted; 36 of 40 and 18 of 20; 40 of 40 and never lifted.
+  EXPECT_EQ(choose({{1, 10, 40, 38, 0.9, 20, 10}, {2, 11, 40, 36, 0.8, 20, 18}, {3, 12, 40, 40, 1.0, 0, 0}}),
+            1U);
+  // Lifting does not excuse bad grasps: 40 + 19 beats 20 + 20.
+  EXPECT_EQ(choose({{1, 10, 40, 40, 0.9, 20, 19}, {2, 11, 40, 20, 0.9, 20, 20}}), 0U);
+  EXPECT_EQ(ranking({{1, 10, 40, 30, 0.9}, {2, 11, 40, 35, 0.5}, {3, 12, 40, 32, 0.5}}),
+            (std::vector<std::size_t>{1, 2, 0}));
+}
+
+TEST(TrialPlan, LiftsHavePlacementsOfTheirOwn) {
+  proto::Config config = config_of(1, 0, true);
+  config.mutable_lift()->set_trials(3);
+  config.mutable_lift()->set_finalist_trials(7);
+  std::set<std::uint64_t> seeds;
+  std::size_t drawn = 0;
+  const auto take = [&](const TrialPlan& plan, bool lift) {
+    for (const proto::TrialKey& key : plan.trials) {
+      EXPECT_EQ(key.lift(), lift);
+      seeds.insert(key.seed());
+    }
+    drawn += plan.trials.size();
+  };
+  config.mutable_trials()->set_clicks(1);
+  for (std::uint32_t generation = 0; generation < 20; ++generation) {
+    take(plan_generation(config, generation), false);
+    take(plan_lifts(config, generation), true);
+  }
+  take(plan_validation(config), false);
+  take(plan_final_lifts(config), true);
+  EXPECT_EQ(drawn, 20U * (4 + 3) + 9 + 7);
+  EXPECT_EQ(seeds.size(), drawn);
+}
+
 TEST(Champion, MostSuccessesThenFitnessThenTheEarlier) {
   EXPECT_EQ(choose({{1, 10, 40, 30, 0.9}, {2, 11, 40, 31, 0.5}}), 1U);
   EXPECT_EQ(choose({{1, 10, 40, 31, 0.4}, {2, 11, 40, 31, 0.5}}), 1U);

@@ -52,6 +52,13 @@ inline std::vector<std::string> small_run(int generations = 40) {
           "net.listen=tcp://127.0.0.1:*",
           "net.http=",
           "scene.object=cube_6cm",
+          "camera.feature=CENTROID,SIZE",
+          "race.rounds=2",
+          "lift.finalists=2",
+          "lift.finalist_trials=1",
+          "lift.generations=1",
+          "lift.candidates=2",
+          "lift.trials=1",
           "store.journal_seconds=0.01"};
 }
 

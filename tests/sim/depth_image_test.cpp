@@ -100,7 +100,7 @@ TEST(Recording, OfTheTrainingCameraEqualsTheSimulatedInput) {
     options.bounding_box = box;
     options.at_training_distance = false;
     const Result<Info> recorded =
-        look_at_recording(image, experiment.camera(), camera.camera(), Vec3(0, 0, 0.125), u, v, options);
+        look_at_recording(image, experiment.camera(), camera.camera(), proto::GraspConfig(), u, v, options);
     ASSERT_TRUE(recorded) << recorded.error().message;
     int off = 0;
     for (std::size_t i = 0; i < 300; ++i) off += std::fabs(recorded->depth[i] - live.depth[i]) > 0.008;
@@ -127,7 +127,7 @@ TEST(Recording, AnotherDistanceAndFocalLengthLookAlike) {
   camera.fx = camera.fy = 900;
   const DepthImage image = *DepthImage::create(record(recorder, p), camera);
   const Pixel centre = *recorder.camera().project(Vec3(0, 0, 0.04));
-  const Info seen = *look_at_recording(image, training.camera(), trainer.camera(), Vec3::Zero(),
+  const Info seen = *look_at_recording(image, training.camera(), trainer.camera(), proto::GraspConfig(),
                                        static_cast<int>(centre.u), static_cast<int>(centre.v), {});
   const Info live = *trainer.look(p, 0, 0, true);
   double mean = 0;
@@ -144,7 +144,9 @@ TEST(Recording, ClicksThatSeeNothingAreErrors) {
   const Camera camera = *Camera::create(experiment.camera());
   const DepthImage image = *DepthImage::create({640, 480, std::vector<std::uint16_t>(640 * 480, 0)}, {});
   const auto error = [&](int u, int v) {
-    return look_at_recording(image, experiment.camera(), camera, Vec3::Zero(), u, v, {}).error().message;
+    return look_at_recording(image, experiment.camera(), camera, proto::GraspConfig(), u, v, {})
+        .error()
+        .message;
   };
   EXPECT_THAT(error(640, 3), HasSubstr("outside"));
   EXPECT_THAT(error(-1, 3), HasSubstr("outside"));

@@ -1,0 +1,127 @@
+// Features of a view against hand-made depth images and what stands in the scene.
+#include "sim/view_features.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "common/view_features.h"
+#include "tests/sim/trials.h"
+
+namespace evograsp::sim {
+namespace {
+
+// A camera above the table that looks straight down (image right = -y, image up = +x of the world).
+proto::CameraConfig from_above() {
+  proto::CameraConfig config;
+  config.mutable_eye()->set_x(0);
+  config.mutable_eye()->set_y(0);
+  config.mutable_eye()->set_z(1);
+  for (const auto feature : {proto::CENTROID, proto::SIZE, proto::AXIS, proto::POINT})
+    config.add_feature(feature);
+  return config;
+}
+
+// Flat boxes of one height on the table, drawn by hand into the samples.
+struct Painted {
+  proto::CameraConfig config = from_above();
+  Camera camera = *Camera::create(config);
+  std::vector<float> depth;
+  SampledView view;
+
+  template <class Inside>
+  Painted(double height, Inside inside) {
+    view.camera = &camera;
+    view.centre = {camera.width() / 2.0 - 0.5, camera.height() / 2.0 - 0.5};
+    view.width = 160;
+    view.height = 120;
+    for (std::uint32_t row = 0; row < config.rows(); ++row)
+      for (std::uint32_t column = 0; column < config.columns(); ++column) {
+        const Pixel pixel{view.centre.u + ((column + 0.5) / config.columns() - 0.5) * view.width,
+                          view.centre.v + ((row + 0.5) / config.rows() - 0.5) * view.height};
+        const Vec3 top = camera.ray(pixel).at(1 - height);
+        depth.push_back(camera.normalise(inside(top) ? 1 - height : 1.0));
+      }
+    view.depth = depth;
+    view.point = Vec3(0, 0, height);
+    view.unit = Vec3::Constant(0.1);
+  }
+  std::vector<float> features() const { return view_features(config, view); }
+};
+
+TEST(ViewFeatures, CountIsWhatTheNetworkIsTold) {
+  const Painted painted(0.05, [](const Vec3&) { return true; });
+  EXPECT_EQ(painted.features().size() + kClickAndBoxInputs, other_inputs(painted.config));
+  EXPECT_EQ(network_inputs(proto::CameraConfig()), 304U);
+}
+
+TEST(ViewFeatures, CentroidAndHeightOfASquare) {
+  const Painted painted(0.05, [](const Vec3& p) { return std::abs(p.x()) < 0.03 && std::abs(p.y()) < 0.03; });
+  const std::vector<float> f = painted.features();
+  EXPECT_NEAR(f[0], 0, 0.02);     // centroid x, in 10 cm
+  EXPECT_NEAR(f[1], 0, 0.02);     // y
+  EXPECT_NEAR(f[2], 0.5, 1e-4);   // z: 5 cm
+  EXPECT_NEAR(f[3], 0.5, 1e-4);   // height, in 10 cm
+  EXPECT_NEAR(f[4], 0.35, 0.05);  // spread of a square of side a: a / sqrt(12) = 1.7 cm, in 5 cm
+  EXPECT_NEAR(f[5], f[4], 0.06);  // both ways
+  EXPECT_NEAR(std::hypot(f[6], f[7]), 0, 0.12);  // no main axis
+}
+
+TEST(ViewFeatures, TheAxisOfABarTurnsTwiceAsFastAsTheBar) {
+  for (const double angle : {0.0, 0.5, 1.2, 2.0, 3.0}) {
+    const double c = std::cos(angle), s = std::sin(angle);
+    const Painted painted(0.05, [&](const Vec3& p) {
+      return std::abs(c * p.x() + s * p.y()) < 0.055 && std::abs(c * p.y() - s * p.x()) < 0.015;
+    });
+    const std::vector<float> f = painted.features();
+    EXPECT_GT(f[4], 1.5F * f[5]);
+    const double error = std::remainder(std::atan2(f[7], f[6]) - 2 * angle, 2 * M_PI);
+    EXPECT_NEAR(error, 0, 0.35) << "bar at " << angle;
+  }
+}
+
+TEST(ViewFeatures, OnlyTheTableSeenMeansTheClickedPoint) {
+  Painted painted(0.05, [](const Vec3&) { return false; });
+  painted.view.point = Vec3(0.02, -0.01, 0.03);
+  const std::vector<float> f = painted.features();
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_FLOAT_EQ(f[static_cast<std::size_t>(i)], f[static_cast<std::size_t>(8 + i)]);
+    EXPECT_NEAR(f[static_cast<std::size_t>(i)], painted.view.point[i] * 10, 1e-6);
+  }
+}
+
+TEST(ViewFeatures, OtherObjectsAreLeftOut) {
+  const auto left = [](const Vec3& p) { return (p - Vec3(0, 0.1, 0.05)).norm() < 0.02; };
+  const auto both = [&](const Vec3& p) { return left(p) || (p - Vec3(0, -0.1, 0.05)).norm() < 0.02; };
+  Painted one(0.05, left), two(0.05, both);
+  one.view.point = two.view.point = Vec3(0, 0.1, 0.05);
+  EXPECT_EQ(one.features(), two.features());
+}
+
+// The simulator's own view: without the window a coarse image must still tell where the object is.
+TEST(ViewFeatures, TheCentroidFollowsTheObjectWithAndWithoutTheBox) {
+  proto::Config config;
+  config.mutable_scene()->add_object("sphere");
+  config.mutable_camera()->add_feature(proto::CENTROID);
+  const auto what = assets::resolve_experiment(config, EVOGRASP_SOURCE_DIR);
+  ASSERT_TRUE(what) << what.error().message;
+  const auto sim = Simulator::create(what->experiment, what->objects, what->hand);
+  ASSERT_TRUE(sim) << sim.error().message;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const auto placements = (*sim)->shuffle(seed);
+    ASSERT_TRUE(placements);
+    const Vec3 centre = placements->pose[0].position;
+    for (const bool box : {true, false}) {
+      const auto info = (*sim)->get_info(*placements, 0, 0, box);
+      ASSERT_TRUE(info);
+      EXPECT_EQ(static_cast<int>(info->input_count()), (*sim)->inputs());
+      const Vec3 unit = workspace_unit(what->experiment.grasp(), box);
+      const Vec3 seen =
+          info->anchor + Vec3(info->features[0], info->features[1], info->features[2]).cwiseProduct(unit);
+      EXPECT_LT((seen - centre).norm(), box ? 0.04 : 0.055) << "seed " << seed << (box ? " box" : "");
+    }
+  }
+}
+
+}  // namespace
+}  // namespace evograsp::sim
