@@ -118,8 +118,10 @@ Kind kind_of(const std::string& file) {
 }
 
 std::string plan(const proto::Config& config) {
-  const std::uint64_t targets =
-      config.trials().every_object() ? static_cast<std::uint64_t>(config.scene().object_size()) : 1;
+  const auto listed = static_cast<std::uint32_t>(config.scene().object_size());
+  const std::uint32_t wanted = config.scene().objects_in_scene();
+  const std::uint32_t present = wanted > 0 ? std::min(wanted, listed) : listed;
+  const std::uint64_t targets = config.trials().every_object() ? present : 1;
   const std::uint64_t trials = std::uint64_t{config.trials().scenes()} * config.trials().clicks() * targets;
   const std::uint64_t all = trials * config.neat().population() * config.run().generations();
   return std::to_string(config.neat().population()) + " genomes x " + with_commas(trials) + " trials x " +

@@ -1,5 +1,6 @@
 #include "common/config_check.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <string_view>
@@ -39,7 +40,11 @@ void check_scene(const proto::Config& config, const Complain& complain) {
   }
   const proto::TrialsConfig& trials = config.trials();
   const std::uint64_t targets =
-      trials.every_object() && objects > 0 ? static_cast<std::uint64_t>(objects) : 1;
+      trials.every_object() && objects > 0
+          ? static_cast<std::uint64_t>(scene.objects_in_scene() > 0
+                                           ? std::min(static_cast<int>(scene.objects_in_scene()), objects)
+                                           : objects)
+          : 1;
   const std::uint64_t count = std::uint64_t{trials.scenes()} * trials.clicks() * targets;
   if (count > kMostTrials) {
     complain("trials.scenes", "scenes x clicks x objects are " + std::to_string(count) +
