@@ -55,16 +55,19 @@ TEST(ViewFeatures, CountIsWhatTheNetworkIsTold) {
   EXPECT_EQ(network_inputs(proto::CameraConfig()), 304U);
 }
 
-TEST(ViewFeatures, CentroidAndHeightOfASquare) {
-  const Painted painted(0.05, [](const Vec3& p) { return std::abs(p.x()) < 0.03 && std::abs(p.y()) < 0.03; });
+// Cells are 8 px or 14.48 mm wide at the top of the object, 20 x 15 of them: the square covers 6 columns and
+// 5 rows. n points a apart have a variance of a^2 (n^2 - 1) / 12.
+TEST(ViewFeatures, CentroidHeightAndSpreadOfASquare) {
+  const Painted painted(0.05,
+                        [](const Vec3& p) { return std::abs(p.x()) < 0.043 && std::abs(p.y()) < 0.043; });
   const std::vector<float> f = painted.features();
-  EXPECT_NEAR(f[0], 0, 0.02);     // centroid x, in 10 cm
-  EXPECT_NEAR(f[1], 0, 0.02);     // y
-  EXPECT_NEAR(f[2], 0.5, 1e-4);   // z: 5 cm
-  EXPECT_NEAR(f[3], 0.5, 1e-4);   // height, in 10 cm
-  EXPECT_NEAR(f[4], 0.35, 0.05);  // spread of a square of side a: a / sqrt(12) = 1.7 cm, in 5 cm
-  EXPECT_NEAR(f[5], f[4], 0.06);  // both ways
-  EXPECT_NEAR(std::hypot(f[6], f[7]), 0, 0.12);  // no main axis
+  EXPECT_NEAR(f[0], 0, 0.02);                        // centroid x, in 10 cm
+  EXPECT_NEAR(f[1], 0, 0.02);                        // y
+  EXPECT_NEAR(f[2], 0.5, 1e-4);                      // z: 5 cm
+  EXPECT_NEAR(f[3], 0.5, 1e-4);                      // height, in 10 cm
+  EXPECT_NEAR(f[4], 0.4945, 0.01);                   // 24.7 mm, in 5 cm
+  EXPECT_NEAR(f[5], 0.4096, 0.01);                   // 20.5 mm
+  EXPECT_NEAR(std::hypot(f[6], f[7]), 0.169, 0.02);  // (611 - 419) / (611 + 419 + 100) mm^2
 }
 
 TEST(ViewFeatures, TheAxisOfABarTurnsTwiceAsFastAsTheBar) {
