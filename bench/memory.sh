@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Whether a master grows with time: its memory, descriptors and threads as generations go by and workers come and go.
 #   bench/memory.sh BIN [GENERATIONS] [CONFIG]
-# Starts a server and, one after the other, workers that are killed without warning every two seconds. Prints a line at
+# Starts a server and, one after the other, workers that are killed without warning after five seconds. Prints a line at
 # a tenth, a half and the end of the run.
 set -euo pipefail
 bin=$(cd "${1:?usage: memory.sh BIN [GENERATIONS] [CONFIG]}" && pwd)
@@ -24,9 +24,9 @@ done
 
 (
   while :; do
-    timeout --signal=KILL 2 "$bin/evograsp-worker" --connect "$endpoint" --slots 2 >/dev/null 2>&1 || true
+    timeout --signal=KILL 5 "$bin/evograsp-worker" --connect "$endpoint" --slots 2 || true
   done
-) &
+) >/dev/null 2>&1 &
 pids+=("$!")
 
 reached() { grep -o ' generation [0-9]*: best' "$folder/log" | tail -n 1 | grep -o '[0-9]*' || echo 0; }

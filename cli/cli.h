@@ -22,6 +22,7 @@ void add_test(CLI::App& app, Outcome& outcome);
 // Asking a server or a run folder: status, watch, workers, generations, species, champion, runs, history,
 // pause, resume, stop.
 void add_queries(CLI::App& app, Outcome& outcome);
+void add_export(CLI::App& app, Outcome& outcome);
 // Setting up, and running elsewhere: keygen, slurm.
 void add_keygen(CLI::App& app, Outcome& outcome);
 void add_slurm(CLI::App& app, Outcome& outcome);

@@ -30,7 +30,7 @@ std::vector<Flag> flags_of(const CLI::App& app) {
     Flag flag;
     for (const std::string& name : option->get_lnames()) flag.names.push_back("--" + name);
     for (const std::string& name : option->get_snames()) flag.names.push_back("-" + name);
-    flag.takes_value = option->get_type_size() != 0;
+    flag.takes_value = option->get_items_expected_max() > 0;
     flag.description = option->get_description();
     flags.push_back(flag);
   }
@@ -120,7 +120,8 @@ std::string zsh(const CLI::App& app) {
   out +=
       "    'help:explain a command'\n  )\n"
       "  if (( CURRENT == 2 )); then _describe command commands; return; fi\n"
-      "  case $words[2] in\n    help) _describe command commands ;;\n";
+      "  shift words; (( CURRENT-- ))\n"  // _arguments counts from the command's own name
+      "  case $words[1] in\n    help) _describe command commands ;;\n";
   for (const Command& command : commands) {
     out += "    " + command.name + ") _arguments";
     for (const Flag& flag : command.flags) {

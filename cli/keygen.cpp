@@ -4,6 +4,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 
 #include "cli/cli.h"
 #include "cli/output.h"
@@ -15,6 +16,7 @@ namespace {
 
 struct KeygenOptions {
   std::string file, server, allow;
+  bool force = false;
   bool json = false;
 };
 
@@ -29,6 +31,23 @@ Status allow(const std::string& list, const CurveKeys& keys, const std::string& 
   return fail(ErrorCode::kIo, list + ": cannot be written: " + std::strerror(problem));
 }
 
+// With --force the old pair stays until the new one is on the disk.
+Result<CurveKeys> make(const KeygenOptions& options, const std::string& server_key) {
+  std::error_code error;
+  if (!std::filesystem::exists(options.file, error)) return generate_keys(options.file, server_key);
+  if (!options.force)
+    return fail(ErrorCode::kInvalid, options.file +
+                                         ": is there already; --force replaces it, and whoever knows "
+                                         "the old public key has to be told the new one");
+  const std::string fresh = options.file + ".new";
+  std::filesystem::remove(fresh, error);
+  auto keys = generate_keys(fresh, server_key);
+  if (!keys) return keys;
+  std::filesystem::rename(fresh, options.file, error);
+  if (error) return fail(ErrorCode::kIo, options.file + ": cannot be replaced: " + error.message());
+  return keys;
+}
+
 int keygen(const KeygenOptions& options) {
   std::string server_key;
   if (!options.server.empty()) {
@@ -36,7 +55,7 @@ int keygen(const KeygenOptions& options) {
     if (!server) return report(server.error());
     server_key = server->public_key;
   }
-  const auto keys = generate_keys(options.file, server_key);
+  const auto keys = make(options, server_key);
   if (!keys) return report(keys.error());
   if (!options.allow.empty())
     if (const Status status = allow(options.allow, *keys, options.file); !status)
@@ -54,11 +73,12 @@ int keygen(const KeygenOptions& options) {
 void add_keygen(CLI::App& app, Outcome& outcome) {
   const auto options = std::make_shared<KeygenOptions>();
   CLI::App* sub = app.add_subcommand("keygen", "make a key pair for connections beyond this machine");
-  sub->add_option("file", options->file, "where the pair goes (mode 0600); must not exist yet")->required();
+  sub->add_option("file", options->file, "where the pair goes (mode 0600)")->required()->type_name("FILE");
   sub->add_option("--server", options->server,
                   "for a worker: the server's key file, whose public key it expects");
   sub->add_option("--allow", options->allow,
                   "list of those who may connect, to which the new public key is added");
+  sub->add_flag("--force", options->force, "replace a file that is there");
   sub->add_flag("--json", options->json, "answer as JSON");
   sub->footer(
       "Prints the public key. The secret never leaves the file.\n\n"

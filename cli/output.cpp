@@ -1,8 +1,10 @@
 #include "cli/output.h"
 
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <cstdio>
+#include <sstream>
 
 namespace evograsp::cli {
 
@@ -21,6 +23,29 @@ bool stdout_is_terminal() {
 void print_document(const std::string& text) {
   print(text + "\n");
   std::fflush(stdout);
+}
+
+TerminalSize terminal_size(std::FILE* out) {
+  winsize size{};
+  if (::ioctl(::fileno(out), TIOCGWINSZ, &size) != 0 || size.ws_col == 0 || size.ws_row == 0) return {};
+  return {size.ws_col, size.ws_row};
+}
+
+std::string cut(const std::string& line, int columns) {
+  int seen = 0;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const bool begins = (static_cast<unsigned char>(line[i]) & 0xc0) != 0x80;
+    if (begins && ++seen > columns) return line.substr(0, i);
+  }
+  return line;
+}
+
+std::string fit(const std::string& text, TerminalSize size) {
+  std::istringstream lines(text);
+  std::string out, line;
+  for (int row = 0; row < size.rows && std::getline(lines, line); ++row)
+    out += (row == 0 ? "" : "\n") + cut(line, size.columns);
+  return out;
 }
 
 }  // namespace evograsp::cli

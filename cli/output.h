@@ -2,6 +2,7 @@
 // stderr.
 #pragma once
 
+#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -19,6 +20,16 @@ void print(const std::string& text);  // on stdout, as it is
 void say(const std::string& text);    // on stderr, a line
 
 bool stdout_is_terminal();
+
+struct TerminalSize {
+  int columns = 80, rows = 24;
+};
+// As it is now; the usual 80 x 24 when `out` is no terminal.
+TerminalSize terminal_size(std::FILE* out);
+// The first `columns` characters of UTF-8 text (those this program prints are one column wide).
+std::string cut(const std::string& line, int columns);
+// At most so many lines of at most so many characters.
+std::string fit(const std::string& text, TerminalSize size);
 
 // ---- details ----
 void print_document(const std::string& text);

@@ -26,7 +26,9 @@ Status write_png(const FitnessPlot& plot, const std::filesystem::path& path);
 // An <svg> element of its own, text as outlines: looks the same wherever it is pasted.
 Result<std::string> to_svg(const FitnessPlot& plot);
 // `columns` x `rows` characters and the axes. Best as dots of Braille, mean as light ones.
-std::string to_text(const FitnessPlot& plot, int columns = 64, int rows = 12);
+std::string to_text(const FitnessPlot& plot, int columns = 64, int rows = 13);
+// Columns for a plot whose axis and labels shall fit, too.
+int plot_columns(int terminal_columns);
 
 // Ends of an axis that holds `largest`: 1, or 1, 2, 2.5 or 5 times a power of ten.
 double axis_end(double largest);

@@ -1,4 +1,4 @@
-// The plot in characters: each is a cell of 2 x 4 Braille dots, so that 64 x 12 characters show 128 x 48
+// The plot in characters: each is a cell of 2 x 4 Braille dots, so that 64 x 13 characters show 128 x 52
 // points.
 #include <algorithm>
 #include <cstdio>
@@ -69,6 +69,10 @@ void draw(Canvas& canvas, const FitnessPlot& plot, double FitnessPoint::*value, 
 }
 
 }  // namespace
+
+int plot_columns(int terminal_columns) {
+  return std::clamp(terminal_columns - 12, 20, 64);
+}
 
 std::string to_text(const FitnessPlot& plot, int columns, int rows) {
   if (plot.points.empty()) return "(no generation yet)\n";

@@ -36,7 +36,7 @@ const std::vector<Group>& groups() {
       {"Ask a running server or a run folder",
        {"status", "watch", "workers", "generations", "species", "champion", "export", "runs", "history",
         "events"}},
-      {"Steer a running server", {"pause", "resume", "stop", "checkpoint"}},
+      {"Steer a running server", {"pause", "resume", "stop", "checkpoint", "log-level"}},
       {"Set up", {"slurm", "keygen", "bench", "completions"}},
   };
   return kGroups;
@@ -130,6 +130,7 @@ std::unique_ptr<CLI::App> make_app(Outcome& outcome) {
   add_sim(*app, outcome);
   add_render(*app, outcome);
   add_infer(*app, outcome);
+  add_export(*app, outcome);
   add_slurm(*app, outcome);
   add_keygen(*app, outcome);
   add_completions(*app, outcome);

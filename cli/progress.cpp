@@ -6,11 +6,13 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "cli/output.h"
+
 namespace evograsp::cli {
 namespace {
 
 constexpr std::size_t kRecent = 12;  // generations that rate and time left are taken from
-constexpr int kBarWidth = 24;
+constexpr int kBarWidth = 24, kLeastBar = 4;
 constexpr double kSecondsBetweenLines = 2;
 
 std::string bar(double done, int width) {
@@ -89,7 +91,14 @@ void Progress::show(const server::GenerationReport& report) {
       std::chrono::duration<double>(now - last_line_).count() < kSecondsBetweenLines)
     return;
   last_line_ = now;
-  const std::string text = line(report, generations_, trials / span, left, bar ? kBarWidth : 0);
+  std::string text = line(report, generations_, trials / span, left, 0);
+  if (bar) {
+    // A line that wraps could not be drawn over: the bar gives way first, then what stands last.
+    const int columns = terminal_size(out_).columns - 1;
+    const int room = std::min(kBarWidth, columns - 1 - static_cast<int>(text.size()));
+    if (room >= kLeastBar) text = line(report, generations_, trials / span, left, room);
+    text = cut(text, columns);
+  }
   std::fprintf(out_, bar ? "\r\033[K%s" : "%s\n", text.c_str());
   std::fflush(out_);
   open_line_ = bar;

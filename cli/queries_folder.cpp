@@ -55,6 +55,11 @@ class FolderSource final : public Source {
                                        " its run; name the server that has it with --server URL");
   }
 
+  Result<json> log_level(const std::optional<std::string>&) override {
+    return fail(ErrorCode::kUsage,
+                name() + ": a folder has no log; name the server that has it with --server URL");
+  }
+
   std::string name() const override { return folder_.string(); }
 
  private:

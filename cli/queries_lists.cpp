@@ -148,7 +148,7 @@ int history(Source& source, const ListOptions& options) {
   for (const json& g : all)
     plot.points.push_back({static_cast<std::uint32_t>(count_in(g, "generation")), number_in(g, "best"),
                            number_in(g, "mean"), static_cast<std::uint32_t>(count_in(g, "species"))});
-  print(to_text(plot));
+  print(to_text(plot, plot_columns(terminal_size(stdout).columns)));
   return kExitOk;
 }
 

@@ -57,11 +57,18 @@ class ServerSource final : public Source {
     return {};
   }
 
+  Result<json> log_level(const std::optional<std::string>& wanted) override {
+    if (!wanted) return document("/api/v1/log-level");
+    return parsed(client_.Put("/api/v1/log-level", json{{"level", *wanted}}.dump(), "application/json"));
+  }
+
   std::string name() const override { return url_; }
 
  private:
-  Result<json> document(const std::string& path) {
-    const auto answer = checked(client_.Get(path));
+  Result<json> document(const std::string& path) { return parsed(client_.Get(path)); }
+
+  Result<json> parsed(httplib::Result given) {
+    const auto answer = checked(std::move(given));
     if (!answer) return tl::unexpected(answer.error());
     json document = json::parse(answer->body, nullptr, false);
     if (!document.is_object()) return not_ours();

@@ -41,6 +41,8 @@ class Source {
   virtual Result<Champion> champion() = 0;
   // pause, resume, stop or checkpoint.
   virtual Status steer(const std::string& verb) = 0;
+  // What the server's log says: its level now, or after setting it.
+  virtual Result<nlohmann::json> log_level(const std::optional<std::string>& wanted) = 0;
   virtual std::string name() const = 0;
 
   // Every generation from `from` on, page by page.

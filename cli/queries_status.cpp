@@ -1,4 +1,5 @@
 // `evograsp status` and `evograsp watch`.
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <thread>
@@ -141,12 +142,12 @@ int status(Source& source, const StatusOptions& options) {
 
 // ---- watch ----
 
-std::string screen(const View& view) {
+// As much of it as the terminal holds: the plot gets what the rest leaves.
+std::string screen(const View& view, TerminalSize size) {
   FitnessPlot plot;
   for (const json& g : view.generations)
     plot.points.push_back({static_cast<std::uint32_t>(count_in(g, "generation")), number_in(g, "best"),
                            number_in(g, "mean"), static_cast<std::uint32_t>(count_in(g, "species"))});
-  std::string out = status_text(view) + "\n" + to_text(plot);
   Table workers({{"worker"},
                  {"state"},
                  {"slots", Align::kRight},
@@ -157,10 +158,17 @@ std::string screen(const View& view) {
     workers.add({text_in(w, "identity"), text_in(w, "state"), std::to_string(count_in(w, "slots")),
                  std::to_string(count_in(w, "busy")), fixed(number_in(w, "trials_per_second"), 0)});
   }
-  if (!workers.empty()) out += "\n" + workers.text();
-  if (!view.events.empty()) out += "\n";
-  for (const json& e : view.events) out += printable(text_in(e, "kind") + ": " + text_in(e, "text")) + "\n";
-  return out;
+  const std::string top = status_text(view) + "\n";
+  std::string rest;
+  if (!workers.empty()) rest += "\n" + workers.text();
+  if (!view.events.empty()) rest += "\n";
+  for (const json& e : view.events) rest += printable(text_in(e, "kind") + ": " + text_in(e, "text")) + "\n";
+  constexpr int kAroundPlot = 4, kLeastRows = 5,
+                kMostRows = 13;  // title, axis and its numbers, the last line
+  const auto others = static_cast<int>(std::ranges::count(top + rest, '\n')) + kAroundPlot;
+  const int rows = std::clamp(size.rows - others, kLeastRows, kMostRows);
+  --size.rows;  // a newline at the very end would scroll
+  return fit(top + to_text(plot, plot_columns(size.columns), rows) + rest, size) + "\n";
 }
 
 // Home, every line cleared behind itself, then the rest of the screen: no flicker.
@@ -188,7 +196,7 @@ class Watcher {
   void show(const View& view) {
     if (terminal_) {
       if (last_.is_null()) print("\033[2J");
-      redraw(screen(view));
+      redraw(screen(view, terminal_size(stdout)));
     } else if (json_) {
       print_json_line(view.run);
     } else if (changed(view.run)) {

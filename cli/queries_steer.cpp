@@ -1,4 +1,6 @@
-// `evograsp pause`, `resume`, `stop` and `checkpoint`: what a running server is asked to do.
+// `evograsp pause`, `resume`, `stop`, `checkpoint` and `log-level`: what a running server is asked to do.
+#include <optional>
+
 #include "cli/output.h"
 #include "cli/queries.h"
 
@@ -38,6 +40,33 @@ int steer(Source& source, const SteerOptions& options, const Verb& verb) {
   return kExitOk;
 }
 
+struct LogOptions {
+  SourceOptions source;
+  std::optional<std::string> level;
+};
+
+int log_level(Source& source, const LogOptions& options) {
+  const auto answer = source.log_level(options.level);
+  if (!answer) return report(answer.error());
+  if (options.source.json) {
+    print_json(*answer);
+  } else {
+    print(text_in(*answer, "level") + "\n");
+  }
+  return kExitOk;
+}
+
+void add_log_level(CLI::App& app, Outcome& outcome) {
+  const auto options = std::make_shared<LogOptions>();
+  CLI::App* sub = app.add_subcommand("log-level", "say or set how much a server logs");
+  sub->add_option("level", options->level,
+                  "trace, debug, info, warn, error or off; without it: say which it is")
+      ->type_name("LEVEL");
+  add_source_options(*sub, options->source);
+  sub->footer("Examples:\n  evograsp log-level\n  evograsp log-level debug --server http://master:8080");
+  answer_with_source(*sub, options, outcome, log_level);
+}
+
 }  // namespace
 
 void add_steering(CLI::App& app, Outcome& outcome) {
@@ -52,6 +81,7 @@ void add_steering(CLI::App& app, Outcome& outcome) {
       return steer(source, given, verb);
     });
   }
+  add_log_level(app, outcome);
 }
 
 }  // namespace evograsp::cli

@@ -12,7 +12,7 @@ constexpr char kStyle[] =
     "body{font:16px/1.5 system-ui,sans-serif;color:#20242b;max-width:960px;margin:2rem auto;padding:0 1rem}"
     "h1{font-size:1.5rem}h2{font-size:1.1rem;margin-top:2rem}table{border-collapse:collapse}"
     "td,th{padding:.2rem .9rem .2rem 0;text-align:right;font-variant-numeric:tabular-nums}"
-    "td:first-child,th:first-child{text-align:left}th{border-bottom:1px solid #ccc;font-weight:600}"
+    "td:first-child,th:first-child,.facts td{text-align:left}th{border-bottom:1px solid #ccc;font-weight:600}"
     "svg,img{max-width:100%;height:auto}pre{background:#f5f6f8;padding:1rem;overflow:auto;font-size:.85rem}";
 
 std::string escaped(std::string_view text) {
@@ -51,8 +51,8 @@ std::string row(const std::string& name, const std::string& value) {
 }
 
 std::string summary(const RunFolder& run) {
-  std::string out =
-      "<table>\n" + row("state", run.state) + row("seed", std::to_string(run.info.config.run().seed()));
+  std::string out = "<table class=\"facts\">\n" + row("state", run.state) +
+                    row("seed", std::to_string(run.info.config.run().seed()));
   std::string objects;
   for (const std::string& object : run.info.config.scene().object())
     objects += (objects.empty() ? "" : ", ") + object;

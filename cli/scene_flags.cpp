@@ -6,6 +6,7 @@
 #include "cli/inputs.h"
 #include "cli/report.h"
 #include "common/network.h"
+#include "common/zap.h"
 #include "sim/decode.h"
 
 namespace evograsp::cli {
@@ -105,6 +106,31 @@ Result<assets::ResolvedExperiment> resolve(const SceneFlags& flags, const Source
   return resolve_trained(source.config, trained, "--object (a hand by --hand)");
 }
 
+// What simulates: here, or on a master's worker, which has an experiment of its own.
+Result<std::unique_ptr<SimSession>> session_of(const SceneFlags& flags, Source& source) {
+  if (flags.connect.empty()) {
+    if (Status status = apply(flags, source); !status) return tl::unexpected(status.error());
+    auto resolved = resolve(flags, source);
+    if (!resolved) return tl::unexpected(resolved.error());
+    for (const std::string& warning : resolved->warnings) warn(warning);
+    return local_session(std::move(*resolved));
+  }
+  if (!flags.objects.empty() || !flags.hand.empty() || flags.scale > 0 || flags.mass > 0)
+    return fail(ErrorCode::kUsage,
+                "--connect: the master's experiment says which objects and hand there are: no "
+                "--object, --hand, --scale or --mass");
+  std::optional<CurveKeys> keys;
+  if (!flags.key_file.empty()) {
+    auto loaded = load_keys(flags.key_file);
+    if (!loaded) return tl::unexpected(loaded.error());
+    keys = std::move(*loaded);
+  }
+  auto session = remote_session(flags.connect, keys);
+  if (!session) return session;
+  *source.config.mutable_trials() = (*session)->experiment().experiment.trials();
+  return session;
+}
+
 Result<int> choose_target(int wanted, const sim::Placements& placements) {
   const int count = static_cast<int>(placements.present.size());
   if (wanted >= count)
@@ -201,17 +227,13 @@ Result<Pose> parse_quaternion_pose(const std::string& text, const std::string& f
 Result<Trial> prepare_trial(const SceneFlags& flags) {
   Result<Source> source = source_of(flags);
   if (!source) return tl::unexpected(source.error());
-  if (Status status = apply(flags, *source); !status) return tl::unexpected(status.error());
-  auto resolved = resolve(flags, *source);
-  if (!resolved) return tl::unexpected(resolved.error());
-  for (const std::string& warning : resolved->warnings) warn(warning);
+  auto session = session_of(flags, *source);
+  if (!session) return tl::unexpected(session.error());
 
   Trial trial;
+  trial.session = std::move(*session);
   trial.config = source->config;
   trial.bounding_box = flags.box.choose(source->config.trials().bounding_box());
-  auto session = local_session(std::move(*resolved));
-  if (!session) return tl::unexpected(session.error());
-  trial.session = std::move(*session);
   auto placements = trial.session->shuffle(flags.seed);
   if (!placements) return tl::unexpected(placements.error());
   trial.placements = std::move(*placements);

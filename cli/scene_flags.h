@@ -34,6 +34,8 @@ struct SceneFlags {
   int click = 0;
   std::string pose;  // "x y z ax ay az r"
   BoxFlags box;
+  std::string connect;   // a master whose workers simulate; empty: this process
+  std::string key_file;  // for it
 };
 
 void add_scene_flags(CLI::App& sub, SceneFlags& flags);

@@ -147,13 +147,20 @@ void add_sim(CLI::App& app, Outcome& outcome) {
   auto options = std::make_shared<Options>();
   CLI::App* sub = app.add_subcommand("sim", "run one trial and print every measurement of it");
   add_scene_flags(*sub, options->scene);
+  sub->add_option("--connect", options->scene.connect,
+                  "simulate on a worker of this master, step by step, in its experiment")
+      ->type_name("ENDPOINT");
+  sub->add_option("--curve-key-file", options->scene.key_file,
+                  "with --connect: key pair and the master's public key")
+      ->type_name("FILE");
   sub->add_flag("--depth", options->depth, "with --json: the depth samples too");
   sub->add_flag("--json", options->json, "machine-readable");
   sub->footer(
       "Without --pose and --champion the scene is shuffled and looked at, and nothing is grasped.\n\n"
       "Examples:\n"
       "  evograsp sim --seed 7 --object cube --pose \"0.02 0.05 0.06 0 1 0 0.6\"\n"
-      "  evograsp sim --seed 7 --object mug,cylinder --target 1 --champion runs/quick --json");
+      "  evograsp sim --seed 7 --object mug,cylinder --target 1 --champion runs/quick --json\n"
+      "  evograsp sim --seed 7 --champion runs/quick --connect tcp://127.0.0.1:5555");
   sub->callback([options, &outcome] { outcome.exit_code = run(*options); });
 }
 

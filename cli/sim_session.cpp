@@ -3,6 +3,10 @@
 namespace evograsp::cli {
 namespace {
 
+Pose cross(const Pose& pose) {
+  return from_proto(to_proto(pose));
+}
+
 class LocalSession : public SimSession {
  public:
   LocalSession(assets::ResolvedExperiment experiment, std::shared_ptr<const sim::Simulator> simulator)
@@ -14,7 +18,9 @@ class LocalSession : public SimSession {
 
   Result<sim::Placements> shuffle(std::uint64_t seed) override {
     Result<sim::Placements> placements = simulator_->shuffle(seed);
-    if (placements) placements_ = *placements;
+    if (!placements) return placements;
+    placements_ = *placements;
+    for (Pose& pose : placements->pose) pose = cross(pose);
     return placements;
   }
 
@@ -24,7 +30,8 @@ class LocalSession : public SimSession {
 
   Result<sim::GraspReport> get_quality(int target, const Pose& tool) override {
     sim::GraspReport report;
-    simulator_->get_quality(placements_, target, tool, *workspace_, &report);
+    report.measurement = simulator_->get_quality(placements_, target, cross(tool), *workspace_, &report);
+    report.palm = cross(report.palm);
     return report;
   }
 

@@ -3,9 +3,12 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
+#include <string>
 
 #include "assets/assets.h"
 #include "common/result.h"
+#include "common/socket.h"
 #include "sim/simulator.h"
 
 namespace evograsp::cli {
@@ -24,7 +27,12 @@ class SimSession {
   virtual Result<sim::GraspReport> get_quality(int target, const Pose& tool) = 0;
 };
 
-// In this process.
+// In this process. Poses are given and taken as they cross the wire, as quaternions: the same conversation
+// with a slot elsewhere gives the same bits.
 Result<std::unique_ptr<SimSession>> local_session(assets::ResolvedExperiment experiment);
+// On a slot of the master at `endpoint`; its experiment is what counts. kUnavailable when nobody answers or
+// the master has no worker.
+Result<std::unique_ptr<SimSession>> remote_session(const std::string& endpoint,
+                                                   const std::optional<CurveKeys>& keys);
 
 }  // namespace evograsp::cli

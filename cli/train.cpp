@@ -13,6 +13,7 @@
 #include "assets/assets.h"
 #include "cli/cli.h"
 #include "cli/inputs.h"
+#include "cli/output.h"
 #include "cli/program.h"
 #include "cli/progress.h"
 #include "cli/report.h"
@@ -224,7 +225,7 @@ int Training::conclude(server::RunState state) {
 }
 
 void Training::show_result(const RunFolder& run) {
-  std::printf("\n%s", to_text(run.plot()).c_str());
+  std::printf("\n%s", to_text(run.plot(), plot_columns(terminal_size(stdout).columns)).c_str());
   if (!run.generations.empty()) {
     const server::GenerationRecord& last = run.generations.back();
     std::printf("\n%s grasps in %s, %s a second\n", with_commas(last.trials).c_str(),

@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kProgressSeconds = 0.2;
 constexpr std::size_t kMostCommitting = 64;  // generations the disk may lag behind
-constexpr std::size_t kNetworksAtOnce = 16;  // expressed before they are handed to the dispatcher
+constexpr std::size_t kFirstNetworks = 16;   // expressed before they are handed to the dispatcher
 
 }  // namespace
 
@@ -129,7 +129,8 @@ void RunLoop::take_journalled() {
   journalled_.clear();
 }
 
-// Expressed in small batches, so that workers begin with the first while the last are still being made.
+// Expressed in batches, each twice the last one, so that workers begin with the first while the last are
+// still being made, and the dispatcher is woken few times.
 Status RunLoop::hand_out(const std::vector<std::uint32_t>& pending, Work work) {
   if (pending.empty()) return {};
   const auto genomes = population_.ask();
@@ -137,13 +138,15 @@ Status RunLoop::hand_out(const std::vector<std::uint32_t>& pending, Work work) {
   std::vector<bool> wanted(genomes.size(), false);
   for (const std::uint32_t i : pending) wanted[i] = true;
   std::vector<NetworkFrame> batch;
+  std::size_t most = kFirstNetworks;
   proto::Network network;
   std::uint32_t first = 0;
   for (std::uint32_t i = 0; i < genomes.size(); ++i) {
     expressor_.express(genomes[i], network);
     networks_[i] = deterministic_bytes(network);
     if (wanted[i]) batch.push_back({genomes[i].id(), to_frame(networks_[i])});
-    if (batch.size() < kNetworksAtOnce && i + 1 < genomes.size()) continue;
+    if (batch.size() < most && i + 1 < genomes.size()) continue;
+    most *= 2;
     const auto count = static_cast<std::uint32_t>(batch.size());
     if (count > 0) dispatcher_.add(first, std::exchange(batch, {}));
     first += count;

@@ -16,7 +16,7 @@ constexpr std::uint32_t kAll = std::numeric_limits<std::uint32_t>::max();
 // writes the same pages again: a longer log (32 MB) folds more of them into one.
 constexpr char kWriterSettings[] =
     "PRAGMA journal_mode = WAL; PRAGMA synchronous = NORMAL; PRAGMA secure_delete = OFF; "
-    "PRAGMA journal_size_limit = 67108864; PRAGMA cache_size = -16384; PRAGMA foreign_keys = OFF; "
+    "PRAGMA journal_size_limit = 67108864; PRAGMA cache_size = -4096; PRAGMA foreign_keys = OFF; "
     "PRAGMA wal_autocheckpoint = 4000";
 
 template <class T>

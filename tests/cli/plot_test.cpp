@@ -8,6 +8,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "cli/output.h"
 #include "cli/progress.h"
 
 namespace evograsp::cli {
@@ -86,6 +87,16 @@ TEST(PngPlot, WritesAPictureOrSaysWhyNot) {
   const auto status = write_png(rising(), "/nonexistent/folder/f.png");
   ASSERT_FALSE(status.has_value());
   EXPECT_THAT(status.error().message, StartsWith("/nonexistent/folder/f.png: "));
+}
+
+TEST(Terminal, TextIsCutByCharactersNotBytes) {
+  EXPECT_EQ(cut("a│⣀b", 3), "a│⣀");
+  EXPECT_EQ(cut("a│⣀b", 4), "a│⣀b");
+  EXPECT_EQ(cut("abc", 0), "");
+  EXPECT_EQ(fit("one\ntwo\nthree\n", {2, 2}), "on\ntw");
+  EXPECT_EQ(plot_columns(80), 64);
+  EXPECT_EQ(plot_columns(60), 48);
+  EXPECT_EQ(plot_columns(1), 20);
 }
 
 TEST(Progress, SaysEverythingInOneLine) {

@@ -27,6 +27,16 @@ expect() {
   tail -n 20 out err
 }
 
+# wait_for_endpoint LOG: the address at which a server that logs there takes workers.
+wait_for_endpoint() {
+  local i
+  for ((i = 0; i < 200; i++)); do
+    grep -o -m1 'tcp://[0-9.]*:[0-9][0-9]*' "$1" && return
+    sleep 0.1
+  done
+  fail "no server: $(cat "$1")" >&2
+}
+
 finish() {
   [ "$failures" -eq 0 ] && echo "passed"
   exit "$failures"
