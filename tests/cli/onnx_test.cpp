@@ -36,7 +36,7 @@ std::vector<Field> fields(std::string_view in) {
   std::vector<Field> out;
   while (!in.empty()) {
     const std::uint64_t tag = varint(in);
-    Field field{static_cast<int>(tag >> 3)};
+    Field field{static_cast<int>(tag >> 3), 0, {}};
     field.value = varint(in);
     if ((tag & 7) == 2) {
       field.bytes = in.substr(0, field.value);
