@@ -31,7 +31,7 @@ struct Options {
   std::string hand = "meka_h2", out;
   double scale = 1;
   int placements = 100;
-  bool upright = false;
+  bool upright = false, lift = true;
 };
 
 // Where the object's centre of mass is in the tool's frame, and how the tool is turned, in a frame that
@@ -254,11 +254,12 @@ nlohmann::ordered_json study(const std::string& name, const Options& options) {
   };
   out["world"] = row("fixed, world's axes", judge(bench, first(world), Frame::kWorld, false));
   out["heading"] = row("fixed, object's heading", judge(bench, first(heading), Frame::kHeading, false));
+  if (!world.empty()) out["world"]["pose"] = to_json(world.front().reach);
+  if (!heading.empty()) out["heading"]["pose"] = to_json(heading.front().reach);
+  if (!options.lift) return out;
   const auto scripted = script(bench, heading, Frame::kHeading);
   const std::string title = "best of " + std::to_string(scripted.size()) + " scripted";
   out["scripted"] = row(title.c_str(), judge(bench, scripted, Frame::kHeading, true));
-  if (!world.empty()) out["world"]["pose"] = to_json(world.front().reach);
-  if (!heading.empty()) out["heading"]["pose"] = to_json(heading.front().reach);
   for (const Reach& reach : scripted) out["scripted"]["pose"].push_back(to_json(reach));
   return out;
 }
@@ -274,6 +275,8 @@ int main(int argc, char** argv) {
   app.add_option("--scale", options.scale, "mesh file units to metres");
   app.add_option("--placements", options.placements, "to count on")->check(CLI::Range(1, 100000));
   app.add_flag("--upright", options.upright, "only the resting face nearest to how the object was modelled");
+  app.add_flag("!--no-lift", options.lift,
+               "no scripted poses and no lift tests, which take nearly all of the time");
   app.add_option("--out", options.out, "JSON with the figures and the poses");
   CLI11_PARSE(app, argc, argv);
   nlohmann::ordered_json all = nlohmann::ordered_json::array();

@@ -221,7 +221,7 @@ TEST_F(MeshObject, RealScansLoad) {
     if (data.empty() || !std::filesystem::exists(file)) continue;
     const Result<LoadedObject> object = load(file.string());
     ASSERT_TRUE(object) << object.error().message;
-    EXPECT_LE(object->bundle.part_size(), 32) << name;
+    EXPECT_LE(object->bundle.part_size(), static_cast<int>(proto::Decomposition().max_parts())) << name;
     EXPECT_GT(object->bundle.visual().triangle_size(), 0);
   }
 }

@@ -1,5 +1,5 @@
 // Laws of epsilon on thousands of contact sets. EVOGRASP_LONG=1 in the environment holds every one against
-// qhull, too (an hour).
+// qhull, too (some six minutes of one core).
 #include <gtest/gtest.h>
 
 #include <algorithm>
