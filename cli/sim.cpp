@@ -4,6 +4,7 @@
 
 #include "cli/cli.h"
 #include "cli/json_values.h"
+#include "cli/replay.h"
 #include "cli/report.h"
 #include "cli/scene_flags.h"
 #include "score/score.h"
@@ -18,6 +19,8 @@ struct Options {
   SceneFlags scene;
   bool json = false;
   bool depth = false;
+  std::string replay;  // run folder
+  std::optional<std::uint64_t> genome;
 };
 
 Json placements_json(const Trial& trial) {
@@ -112,6 +115,7 @@ void print_grasp(const sim::GraspReport& report, const score::Terms& terms, cons
 }
 
 int run(const Options& options) {
+  if (!options.replay.empty()) return replay(options.replay, options.genome, options.json);
   auto trial = prepare_trial(options.scene);
   if (!trial) return report(trial.error());
   const proto::HandBundle& hand = trial->session->experiment().hand;
@@ -155,12 +159,19 @@ void add_sim(CLI::App& app, Outcome& outcome) {
       ->type_name("FILE");
   sub->add_flag("--depth", options->depth, "with --json: the depth samples too");
   sub->add_flag("--json", options->json, "machine-readable");
+  CLI::Option* replayed =
+      sub->add_option("--replay", options->replay,
+                      "the trials of a genome that killed or hung workers, as this run kept them")
+          ->type_name("RUN");
+  sub->add_option("--genome", options->genome, "with --replay: which, when there are several")
+      ->needs(replayed);
   sub->footer(
       "Without --pose and --champion the scene is shuffled and looked at, and nothing is grasped.\n\n"
       "Examples:\n"
       "  evograsp sim --seed 7 --object cube --pose \"0.02 0.05 0.06 0 1 0 0.6\"\n"
       "  evograsp sim --seed 7 --object mug,cylinder --target 1 --champion runs/quick --json\n"
-      "  evograsp sim --seed 7 --champion runs/quick --connect tcp://127.0.0.1:5555");
+      "  evograsp sim --seed 7 --champion runs/quick --connect tcp://127.0.0.1:5555\n"
+      "  evograsp sim --replay runs/quick");
   sub->callback([options, &outcome] { outcome.exit_code = run(*options); });
 }
 

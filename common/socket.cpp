@@ -66,8 +66,8 @@ Result<zmq::socket_t> make_server(zmq::context_t& context, zmq::socket_type type
     if (options.curve) {
       apply_keys(socket, *options.curve);
       socket.set(zmq::sockopt::curve_server, true);
-      socket.set(zmq::sockopt::zap_domain, "evograsp");
     }
+    if (options.curve || options.gatekept) socket.set(zmq::sockopt::zap_domain, "evograsp");
     if (type == zmq::socket_type::router) socket.set(zmq::sockopt::router_mandatory, true);
     return socket;
   } catch (const zmq::error_t& error) {

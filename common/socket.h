@@ -24,9 +24,12 @@ struct CurveKeys {
 struct SocketOptions {
   std::int64_t max_frame_bytes = 64 << 20;  // a peer that sends a larger frame is disconnected
   double heartbeat_seconds = 0.5;           // ZMTP ping interval; 0: none
-  double silence_seconds = 1.5;             // transport given up after this long without an answer
-  int high_water = 1000;                    // messages queued a peer
-  std::optional<CurveKeys> curve;           // absent: plain text
+  // The transport is given up after this long without an answer. Masters and workers notice silence sooner,
+  // by heartbeats of their own; this one is for what they do not watch. Not short: an I/O thread that gets no
+  // processor looks at its timers before it looks at what has arrived.
+  double silence_seconds = 6;
+  int high_water = 1000;           // messages queued a peer
+  std::optional<CurveKeys> curve;  // absent: plain text
 };
 
 // True for inproc, ipc and addresses of the loopback interface ("tcp://127.0.0.1:5555", "tcp://[::1]:5555",

@@ -131,7 +131,7 @@ namespace {
 
 class GatekeeperThread : public Gatekeeper {
  public:
-  GatekeeperThread(zmq::socket_t socket, std::set<std::string> allowed)
+  GatekeeperThread(zmq::socket_t socket, std::optional<std::set<std::string>> allowed)
       : socket_(std::move(socket)), allowed_(std::move(allowed)), thread_([this] { run(); }) {}
 
   ~GatekeeperThread() override {
@@ -166,7 +166,8 @@ class GatekeeperThread : public Gatekeeper {
       if (request.size() < 16) request.push_back(frame.to_string());
     } while (frame.more());
     const std::string key = request.size() == 7 && request[5] == "CURVE" ? z85(request[6]) : std::string();
-    const bool welcome = allowed_.contains(key);
+    const bool plain = request.size() >= 6 && request[5] == "NULL";
+    const bool welcome = allowed_ ? allowed_->contains(key) : plain;
     if (!welcome) complain(request.size() > 3 ? request[3] : "?", key);
     const std::string reply[] = {"1.0",
                                  request.size() > 1 ? request[1] : "",
@@ -195,7 +196,7 @@ class GatekeeperThread : public Gatekeeper {
   }
 
   zmq::socket_t socket_;
-  const std::set<std::string> allowed_;
+  const std::optional<std::set<std::string>> allowed_;
   Wakeup wakeup_;
   LogLimiter limiter_{5, 10.0};
   std::atomic<bool> stopping_{false};
@@ -206,7 +207,7 @@ class GatekeeperThread : public Gatekeeper {
 }  // namespace
 
 Result<std::unique_ptr<Gatekeeper>> Gatekeeper::create(zmq::context_t& context,
-                                                       std::set<std::string> allowed) {
+                                                       std::optional<std::set<std::string>> allowed) {
   try {
     zmq::socket_t socket(context, zmq::socket_type::rep);
     socket.set(zmq::sockopt::linger, 0);

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <zmq.hpp>
@@ -24,10 +25,12 @@ Result<std::set<std::string>> load_allow_list(const std::filesystem::path& file)
 Result<CurveKeys> generate_keys(const std::filesystem::path& file, const std::string& server_key);
 
 // Answers ZeroMQ's question about each handshake on sockets of `context`: CURVE with a key of the list comes
-// in. One a context, made before its sockets bind.
+// in; without a list, on sockets without keys, everybody who speaks ZMTP 3. One a context, made before its
+// sockets bind.
 class Gatekeeper {
  public:
-  static Result<std::unique_ptr<Gatekeeper>> create(zmq::context_t& context, std::set<std::string> allowed);
+  static Result<std::unique_ptr<Gatekeeper>> create(zmq::context_t& context,
+                                                    std::optional<std::set<std::string>> allowed);
   virtual ~Gatekeeper() = default;
   virtual std::uint64_t refused() const = 0;
 };

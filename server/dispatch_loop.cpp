@@ -8,6 +8,8 @@ namespace evograsp::server {
 namespace {
 
 constexpr int kMessagesATurn = 512;
+constexpr double kAbsentSeconds = 0.2;  // between two ticks: this thread did not run, and heard nobody
+constexpr double kDeafFactor = 4;       // times the silence limit, while messages wait unread
 constexpr double kPatienceSeconds = 2;  // without workers, before it is worth a line in the log
 
 double unix_time() {
@@ -162,9 +164,10 @@ void DispatchLoop::finish_if_done() {
 }
 
 void DispatchLoop::report_poisoned() {
-  for (const Poisoned& poisoned : scheduler_.take_poisoned()) {
+  for (Poisoned& poisoned : scheduler_.take_poisoned()) {
     ++totals_.poisoned;
     told_[poisoned.network] = 1;
+    poisoned.bytes = networks_[poisoned.network].bytes.to_string();
     sink_.poisoned(poisoned);
   }
 }
@@ -206,8 +209,17 @@ void DispatchLoop::drop_disconnected() {
   finish_if_done();
 }
 
+// Silence is what a peer does not say while somebody listens. When this thread itself did not run (no
+// processor to be had, a stopped process, a machine asleep), that time is nobody's silence: what they said
+// meanwhile waits in the socket.
+void DispatchLoop::excuse_own_absence() {
+  const double absent = now() - std::exchange(last_tick_, now());
+  if (absent < kAbsentSeconds) return;
+  for (const auto& [id, session] : by_id_) session->heard = std::min(now(), session->heard + absent);
+}
+
 void DispatchLoop::lose_silent() {
-  const double latest = now() - options_.silence_seconds;
+  const double latest = now() - options_.silence_seconds * (heard_all_ ? 1 : kDeafFactor);
   std::vector<Session*> silent;
   for (const auto& [id, session] : by_id_)
     if (session->heard < latest) silent.push_back(session);
@@ -242,6 +254,7 @@ void DispatchLoop::send_heartbeats() {
 }
 
 void DispatchLoop::tick() {
+  excuse_own_absence();
   if (now() >= next_heartbeat_) {
     next_heartbeat_ = now() + options_.heartbeat_seconds;
     lose_silent();
@@ -271,7 +284,8 @@ void DispatchLoop::say_when_waiting() {
 bool DispatchLoop::receive_some() {
   Received message;
   for (int i = 0; i < kMessagesATurn; ++i) {
-    if (!receive(router_, true, arena_, message)) return false;
+    heard_all_ = !receive(router_, true, arena_, message);
+    if (heard_all_) return false;
     totals_.bytes_received += message.size;
     handle(message);
     if (arena_.SpaceUsed() > (1 << 20)) arena_.Reset();

@@ -99,6 +99,7 @@ class DispatchLoop {
   void misbehaved(const std::string& peer, const std::string& fault);
   void end_session(Session& session, Departure departure, const std::string& why);
   void send_heartbeats();
+  void excuse_own_absence();
   void lose_silent();
   void expire_tasks();
   void say_when_waiting();
@@ -141,6 +142,8 @@ class DispatchLoop {
   bool working_ = false;
   bool paused_ = false;
   double next_heartbeat_ = 0;
+  double last_tick_ = 0;
+  bool heard_all_ = true;    // nothing was waiting when last looked
   double alone_since_ = -1;  // s; work, but nobody to do it
   bool said_waiting_ = false;
   DispatchView totals_;

@@ -97,7 +97,8 @@ void DispatchLoop::on_hello(const Received& message) {
     ++totals_.refused;
     const std::string reason = "worker build " + clean(hello.build()) + ", master build " + kVersion +
                                ": install the same version on both sides";
-    sink_.event(true, "refused", "worker " + clean(hello.identity()) + ": " + reason);
+    if (complaints_.allow(now()))
+      sink_.event(true, "refused", "worker " + clean(hello.identity()) + ": " + reason);
     return refuse(peer, reason, false);
   }
   if (refuse_quarantined(clean(hello.identity()), peer) || !supersede(hello, peer)) return;
@@ -203,7 +204,8 @@ void DispatchLoop::on_ready(Session& session, const proto::Ready& ready) {
     const std::string reason = "the worker's simulator is not the experiment's: fingerprint " +
                                clean(ready.fingerprint()) + " instead of " +
                                options_.experiment.fingerprint();
-    sink_.event(true, "refused", "worker " + session.view.identity + ": " + reason);
+    if (complaints_.allow(now()))
+      sink_.event(true, "refused", "worker " + session.view.identity + ": " + reason);
     refuse(session.peer, reason, false);
     return end_session(session, Departure::kLeft, "another experiment");
   }

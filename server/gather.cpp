@@ -99,7 +99,7 @@ void Gather::poisoned(const Poisoned& network) {
   proto::TrialKeys keys;
   for (const proto::TrialKey& key : keys_) *keys.add_trial() = key;
   poison.trials = deterministic_bytes(keys);
-  poison.network = items_[pending_[network.network]].network;
+  poison.network = network.bytes;
   store_.keep_poison(std::move(poison));
   std::vector<proto::Measurement> nonsense(keys_.size());
   for (proto::Measurement& m : nonsense) m.set_outcome(proto::NOT_A_NUMBER);

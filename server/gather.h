@@ -35,7 +35,6 @@ class Gather : public WorkSink {
   struct Item {
     std::uint64_t genome = 0;
     std::uint32_t generation = 0;  // that bred it
-    std::string network;           // serialised; kept when it turns out to be poison (validation)
   };
   // Before new work: forgets the old. trials: the plan's.
   void begin(Kind kind, std::uint32_t generation, std::vector<Item> items,

@@ -1,4 +1,5 @@
 // evograsp-server: the master of a run.
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -119,6 +120,14 @@ void stay_until(const Wakeup& end) {
   while (zmq::poll(&item, 1, std::chrono::seconds(1)) == 0);
 }
 
+// A descriptor a worker, and some for strangers: the customary 1,024 are too few for a cluster.
+void allow_many_connections() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
+  limit.rlim_cur = limit.rlim_max;
+  setrlimit(RLIMIT_NOFILE, &limit);
+}
+
 int run(server::ServerOptions options, const Flags& flags, SignalWatch& signals) {
   const std::string run_dir = options.run_dir.string();
   auto made = server::Server::create(std::move(options));
@@ -178,6 +187,7 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? 0 : static_cast<int>(ErrorCode::kUsage);
   }
   set_up_logging(flags.log);
+  allow_many_connections();
   server::ServerOptions options;
   options.net = net_of(app, flags);
   std::error_code problem;

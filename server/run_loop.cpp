@@ -89,7 +89,7 @@ Status RunLoop::evolve_one(bool resumed) {
   position_.wanted = static_cast<std::uint32_t>(genomes.size());
   networks_.assign(genomes.size(), {});
   std::vector<Gather::Item> items(genomes.size());
-  for (std::size_t i = 0; i < genomes.size(); ++i) items[i] = {genomes[i].id(), generation, {}};
+  for (std::size_t i = 0; i < genomes.size(); ++i) items[i] = {genomes[i].id(), generation};
   gather_.begin(Gather::Kind::kGeneration, generation, std::move(items), plan.trials);
   if (resumed) take_journalled();
 

@@ -16,7 +16,7 @@ Status RunLoop::validate() {
   position_.phase = "validating";
   position_.wanted = static_cast<std::uint32_t>(finalists.size());
   std::vector<Gather::Item> items;
-  for (const BestRecord& best : finalists) items.push_back({best.genome, best.generation, best.network});
+  for (const BestRecord& best : finalists) items.push_back({best.genome, best.generation});
   gather_.begin(Gather::Kind::kValidation, judged_generations_, std::move(items), plan.trials);
   for (std::uint32_t i = 0; i < finalists.size(); ++i) {
     const auto found = std::find_if(validated_.begin(), validated_.end(), [&](const ValidationRecord& v) {

@@ -8,11 +8,11 @@ namespace evograsp::server {
 
 namespace {
 
-constexpr double kFirstGuess = 1e-4;            // s a trial, before any has been measured
-constexpr double kLiftGuess = 0.08;             // s, the same of a lift test
-constexpr double kSmallestTask = 2.5e-4;        // s: below this, sending costs more than it spreads
-constexpr std::uint32_t kShare = 2;             // tasks a slot that the remaining work is cut into
-constexpr std::size_t kMaxTaskBytes = 1 << 20;  // of networks in one message
+constexpr double kFirstGuess = 1e-4;              // s a trial, before any has been measured
+constexpr double kLiftGuess = 0.08;               // s, the same of a lift test
+constexpr double kSmallestTask = 2.5e-4;          // s: below this, sending costs more than it spreads
+constexpr std::uint32_t kShare = 2;               // tasks a slot that the remaining work is cut into
+constexpr std::size_t kMaxTaskBytes = 256 << 10;  // of networks in one message: heartbeats queue behind it
 constexpr std::size_t kMaxTaskNetworks = 256;
 constexpr std::uint32_t kMaxCredit = 64;
 constexpr std::size_t kMaxWorkerBytes = 4 << 20;  // of networks in flight beyond the least credit

@@ -45,6 +45,7 @@ struct Assignment {
 struct Poisoned {
   std::uint32_t network = 0;
   std::uint32_t strikes = 0;
+  std::string bytes = {};  // its serialised proto::Network; added by the dispatcher
 };
 
 // How a worker's session ended.

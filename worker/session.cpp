@@ -22,6 +22,10 @@ constexpr double kReconnectPause = 0.1;
 constexpr double kRendezvousPause = 0.5;  // s: the file may be on a file server that a thousand workers ask
 // A task that runs this long is reported as started. Most are done by then, and their result says it all.
 constexpr auto kReportStart = std::chrono::milliseconds(5);
+constexpr double kAbsentSeconds = 0.2;  // between two looks: this thread did not run, and heard nothing
+constexpr double kSlowestLink =
+    256 << 10;                       // bytes a second: a message of this size may be on its way for a second
+constexpr double kLastPatience = 2;  // s, for slots to finish what they do, when the worker ends
 
 std::chrono::milliseconds milliseconds(double seconds) {
   return std::chrono::milliseconds(static_cast<int>(seconds * 1000));
@@ -48,14 +52,20 @@ struct Session::Built {
   Result<std::shared_ptr<const sim::Simulator>> simulator{nullptr};
 };
 
-Session::Session(zmq::context_t& context, const WorkerOptions& options, Wakeup& wakeup,
+Session::Session(zmq::context_t& context, const WorkerOptions& options, std::shared_ptr<Wakeup> wakeup,
                  const std::atomic<int>& order)
     : context_(context),
       options_(options),
-      wakeup_(wakeup),
+      wakeup_(std::move(wakeup)),
       order_(order),
-      slots_(options.slots, wakeup),
+      slots_(std::make_unique<SlotPool>(options.slots, wakeup_)),
       endpoint_(options.connect) {}
+
+Session::~Session() {
+  if (slots_->end(kLastPatience)) return;
+  spdlog::warn("a slot hangs: left behind");
+  static_cast<void>(slots_.release());
+}
 
 Status Session::run() {
   while (!done_) {
@@ -72,6 +82,7 @@ Status Session::run() {
     send_events();
     read_all();
     obey();
+    beat();
     check_silence();
     if (lost_) pause(kReconnectPause);
   }
@@ -121,7 +132,8 @@ Status Session::connect() {
   lost_ = false;
   ++session_;
   state_ = State::kGreeting;
-  heard_ = Clock::now();
+  heard_ = looked_ = Clock::now();
+  largest_ = 0;
   proto::Envelope envelope = make_envelope({});
   proto::Hello& hello = *envelope.mutable_hello();
   hello.set_build(kVersion);
@@ -139,7 +151,7 @@ void Session::disconnect() {
   monitor_.reset();
   socket_.close();
   connected_ = false;
-  slots_.take_back();
+  slots_->take_back();
   unfinished_ = 0;
   built_.reset();
 }
@@ -150,21 +162,33 @@ void Session::pause(double seconds) {
   if (done_) return;
   const auto until = Clock::now() + milliseconds(seconds * jitter());
   while (Clock::now() < until && order_ == kServe) {
-    zmq::pollitem_t item{nullptr, wakeup_.fd(), ZMQ_POLLIN, 0};
+    zmq::pollitem_t item{nullptr, wakeup_->fd(), ZMQ_POLLIN, 0};
     zmq::poll(&item, 1, milliseconds(0.02));
-    if (item.revents != 0) wakeup_.clear();
+    if (item.revents != 0) wakeup_->clear();
   }
-  slots_.take_events();
+  slots_->take_events();
   patience_ = std::min(patience_ * 1.5, kMostPatience);
 }
 
 void Session::wait() {
   zmq::pollitem_t items[] = {{socket_.handle(), 0, ZMQ_POLLIN, 0},
-                             {nullptr, wakeup_.fd(), ZMQ_POLLIN, 0},
+                             {nullptr, wakeup_->fd(), ZMQ_POLLIN, 0},
                              {monitor_->socket().handle(), 0, ZMQ_POLLIN, 0}};
   const auto slowest = milliseconds(std::min(kSlowestTick, silence_seconds_ / 4));
   zmq::poll(items, 3, unfinished_ > 0 ? std::min(slowest, kReportStart) : slowest);
-  if (items[1].revents != 0) wakeup_.clear();
+  if (items[1].revents != 0) wakeup_->clear();
+}
+
+// Unasked: what the master sends down the same connection, megabytes perhaps, must not hold up the news that
+// this worker lives.
+void Session::beat() {
+  if (!master_listens() && state_ != State::kLoading) return;
+  if (Clock::now() < next_beat_ || lost_ || done_) return;
+  next_beat_ = Clock::now() + milliseconds(heartbeat_seconds_);
+  proto::Envelope envelope = make_envelope(stamp_);
+  envelope.mutable_heartbeat()->set_busy_slots(static_cast<std::uint32_t>(slots_->busy()));
+  envelope.mutable_heartbeat()->set_queued(static_cast<std::uint32_t>(slots_->queued()));
+  send(socket_, {}, envelope);
 }
 
 void Session::check_silence() {
@@ -173,7 +197,12 @@ void Session::check_silence() {
     lost_ = true;
     return;
   }
-  const double limit = state_ == State::kGreeting ? patience_ * jitter() : silence_seconds_;
+  // Time in which this thread did not run is not the master's silence; nor is a large message on a slow link.
+  const Clock::duration absent = Clock::now() - std::exchange(looked_, Clock::now());
+  if (absent > milliseconds(kAbsentSeconds)) heard_ = std::min(Clock::now(), heard_ + absent);
+  const double limit = state_ == State::kGreeting
+                           ? patience_ * jitter()
+                           : silence_seconds_ + static_cast<double>(largest_) / kSlowestLink;
   if (Clock::now() - heard_ < milliseconds(limit)) return;
   if (state_ != State::kGreeting) spdlog::warn("the master is silent: connecting anew");
   lost_ = true;
@@ -190,6 +219,7 @@ void Session::read_all() {
   Received message;
   while (!done_ && !lost_ && receive(socket_, false, arena_, message)) {
     heard_ = served_ = Clock::now();
+    largest_ = std::max(largest_, message.size);
     if (message.envelope == nullptr)
       give_up({ErrorCode::kUnavailable, endpoint_ + ": sent " + message.fault});
     else
@@ -216,8 +246,8 @@ void Session::handle(Received& message) {
     case proto::Envelope::kHeartbeat: {
       proto::Envelope answer = make_envelope(stamp_);
       answer.mutable_heartbeat()->set_sequence(envelope.heartbeat().sequence());
-      answer.mutable_heartbeat()->set_busy_slots(static_cast<std::uint32_t>(slots_.busy()));
-      answer.mutable_heartbeat()->set_queued(static_cast<std::uint32_t>(slots_.queued()));
+      answer.mutable_heartbeat()->set_busy_slots(static_cast<std::uint32_t>(slots_->busy()));
+      answer.mutable_heartbeat()->set_queued(static_cast<std::uint32_t>(slots_->queued()));
       send(socket_, {}, answer);
       return;
     }
@@ -231,11 +261,12 @@ void Session::handle(Received& message) {
 void Session::on_welcome(const proto::Welcome& welcome, const SessionStamp& stamp) {
   stamp_ = stamp;
   silence_seconds_ = std::clamp(welcome.silence_seconds(), 0.05, 3600.0);
+  heartbeat_seconds_ = std::clamp(welcome.heartbeat_seconds(), 0.01, 3600.0);
   patience_ = kFirstPatience;
   spdlog::info("welcome to {}: {} slots", endpoint_, options_.slots);
   if (welcome.experiment().object_id().empty()) {  // no-op work only
     fingerprint_ = welcome.experiment().fingerprint();
-    slots_.set_simulator(nullptr);
+    slots_->set_simulator(nullptr);
     return announce_ready();
   }
   if (fingerprint_ == welcome.experiment().fingerprint()) return announce_ready();
@@ -277,12 +308,12 @@ void Session::on_asset(const proto::AssetReply& reply, const std::vector<zmq::me
 void Session::build_simulator() {
   built_ = std::make_shared<Built>();
   Job job;
-  job.errand = [built = built_, loader = loader_, &wakeup = wakeup_] {
+  job.errand = [built = built_, loader = loader_, wakeup = wakeup_] {
     built->simulator = loader.build();
     built->ready = true;
-    wakeup.notify();
+    wakeup->notify();
   };
-  slots_.push(std::move(job));
+  slots_->push(std::move(job));
 }
 
 void Session::announce_ready() {
@@ -300,14 +331,14 @@ void Session::enqueue(Received& message) {
   job.envelope = *message.envelope;
   job.networks = std::move(message.body);
   if (job.envelope.has_task()) ++unfinished_;
-  slots_.push(std::move(job));
+  slots_->push(std::move(job));
 }
 
 void Session::on_cancel(const proto::Cancel& cancel) {
   if (cancel.id().empty())
-    unfinished_ -= static_cast<int>(slots_.take_back().size());
+    unfinished_ -= static_cast<int>(slots_->take_back().size());
   else
-    unfinished_ -= slots_.cancel({cancel.id().data(), static_cast<std::size_t>(cancel.id_size())});
+    unfinished_ -= slots_->cancel({cancel.id().data(), static_cast<std::size_t>(cancel.id_size())});
 }
 
 void Session::on_drain(const proto::Drain& drain) {
@@ -319,14 +350,14 @@ void Session::on_drain(const proto::Drain& drain) {
 // ---- what the slots and the operator say ----
 
 void Session::send_events() {
-  for (const StartedTask& task : slots_.take_started(kReportStart)) {
+  for (const StartedTask& task : slots_->take_started(kReportStart)) {
     if (task.session != session_ || !master_listens()) continue;
     proto::Envelope envelope = make_envelope(stamp_);
     envelope.mutable_started()->set_id(task.task);
     envelope.mutable_started()->set_attempt(task.attempt);
     send(socket_, {}, envelope);
   }
-  for (SlotEvent& event : slots_.take_events()) {
+  for (SlotEvent& event : slots_->take_events()) {
     if (event.session != session_ || !master_listens()) continue;
     if (event.task != 0) --unfinished_;
     send(socket_, {}, std::move(event.frame));
@@ -339,7 +370,7 @@ void Session::send_events() {
   }
   auto shared = std::make_shared<SharedSimulator>();
   shared->simulator = *built->simulator;
-  slots_.set_simulator(std::move(shared));
+  slots_->set_simulator(std::move(shared));
   fingerprint_ = loader_.experiment().fingerprint();
   announce_ready();
 }
@@ -352,7 +383,7 @@ void Session::obey() {
     } else {
       state_ = State::kDraining;
       drain_deadline_ = Clock::now() + milliseconds(options_.drain_seconds);
-      handed_back_ = slots_.take_back();
+      handed_back_ = slots_->take_back();
       unfinished_ -= static_cast<int>(handed_back_.size());
       spdlog::info("draining: {} tasks to finish, {} handed back", unfinished_, handed_back_.size());
       proto::Envelope envelope = make_envelope(stamp_);

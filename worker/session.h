@@ -23,8 +23,10 @@ namespace evograsp::worker {
 class Session {
  public:
   // `orders` is notified when drain or stop has been set.
-  Session(zmq::context_t& context, const WorkerOptions& options, Wakeup& wakeup,
+  Session(zmq::context_t& context, const WorkerOptions& options, std::shared_ptr<Wakeup> wakeup,
           const std::atomic<int>& order);
+  // A slot that hangs cannot be stopped: it is left behind, with what it needs, rather than waited for.
+  ~Session();
 
   enum Order { kServe, kDrain, kStop };
   Status run();
@@ -50,6 +52,7 @@ class Session {
   void announce_ready();
   void enqueue(Received& message);
   void send_events();
+  void beat();
   void check_silence();
   void check_absence();
   void show_life();
@@ -60,9 +63,9 @@ class Session {
 
   zmq::context_t& context_;
   const WorkerOptions& options_;
-  Wakeup& wakeup_;
+  const std::shared_ptr<Wakeup> wakeup_;
   const std::atomic<int>& order_;
-  SlotPool slots_;
+  std::unique_ptr<SlotPool> slots_;
   Loader loader_;
   google::protobuf::Arena arena_;
 
@@ -78,8 +81,10 @@ class Session {
   std::uint64_t session_ = 0;  // counts connections
   SessionStamp stamp_;
   double silence_seconds_ = 1.5;
-  double patience_ = 0.5;  // s, for a Welcome; grows while there is no master
-  Clock::time_point heard_{}, drain_deadline_{};
+  double heartbeat_seconds_ = 0.5;
+  std::size_t largest_ = 0;  // message received, bytes
+  double patience_ = 0.5;    // s, for a Welcome; grows while there is no master
+  Clock::time_point heard_{}, looked_{}, next_beat_{}, drain_deadline_{};
   Clock::time_point served_ = Clock::now();  // when a master was last heard
   std::string fingerprint_;                  // of the simulator that stands
   std::string farewell_;

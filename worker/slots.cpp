@@ -47,18 +47,22 @@ zmq::message_t step_frame(const Job& job, Evaluator& evaluator) {
 
 }  // namespace
 
-SlotPool::SlotPool(int slots, Wakeup& wakeup) : wakeup_(wakeup), running_(static_cast<std::size_t>(slots)) {
+SlotPool::SlotPool(int slots, std::shared_ptr<Wakeup> wakeup)
+    : wakeup_(std::move(wakeup)), running_(static_cast<std::size_t>(slots)) {
   for (std::size_t i = 0; i < running_.size(); ++i) threads_.emplace_back([this, i] { work(i); });
 }
 
 SlotPool::~SlotPool() {
-  {
-    const std::lock_guard lock(mutex_);
-    stopping_ = true;
-    queue_.clear();
-  }
-  wanted_.notify_all();
+  end(0);
   for (std::thread& thread : threads_) thread.join();
+}
+
+bool SlotPool::end(double seconds) {
+  std::unique_lock lock(mutex_);
+  stopping_ = true;
+  queue_.clear();
+  wanted_.notify_all();
+  return idle_.wait_for(lock, std::chrono::duration<double>(seconds), [&] { return busy_ == 0; });
 }
 
 void SlotPool::set_simulator(std::shared_ptr<SharedSimulator> shared) {
@@ -126,7 +130,7 @@ void SlotPool::post(SlotEvent event) {
     first = events_.empty();
     events_.push_back(std::move(event));
   }
-  if (first) wakeup_.notify();
+  if (first) wakeup_->notify();
 }
 
 void SlotPool::work(std::size_t slot) {
@@ -159,13 +163,14 @@ void SlotPool::work(std::size_t slot) {
     lock.lock();
     --busy_;
     running_[slot].reset();
+    if (stopping_) idle_.notify_all();
   }
 }
 
 void SlotPool::run(Job& job, Evaluator& evaluator) {
   if (job.envelope.has_step_request()) return post({job.session, 0, step_frame(job, evaluator)});
   if (job.envelope.task().suspect()) {
-    wakeup_.notify();
+    wakeup_->notify();
     std::this_thread::sleep_for(kAnnouncement);
   }
   post({job.session, job.envelope.task().id(), result_frame(job, evaluator)});

@@ -46,8 +46,10 @@ struct StartedTask {
 class SlotPool {
  public:
   // `wakeup` is notified when events wait.
-  SlotPool(int slots, Wakeup& wakeup);
+  SlotPool(int slots, std::shared_ptr<Wakeup> wakeup);
   ~SlotPool();  // waits for what is running
+  // Takes no more; false when something still runs after `seconds`.
+  bool end(double seconds);
 
   // Jobs that start from now on use this simulator (null: none).
   void set_simulator(std::shared_ptr<SharedSimulator> shared);
@@ -74,10 +76,10 @@ class SlotPool {
   void run(Job& job, Evaluator& evaluator);
   void post(SlotEvent event);
 
-  Wakeup& wakeup_;
+  const std::shared_ptr<Wakeup> wakeup_;
 
   mutable std::mutex mutex_;  // guards everything down to the threads
-  std::condition_variable wanted_;
+  std::condition_variable wanted_, idle_;
   std::deque<Job> queue_;
   std::vector<SlotEvent> events_;
   std::vector<std::optional<Running>> running_;  // by slot

@@ -39,17 +39,17 @@ class WorkerImpl : public Worker {
   void drain() override {
     int serving = Session::kServe;
     order_.compare_exchange_strong(serving, Session::kDrain);
-    wakeup_.notify();
+    wakeup_->notify();
   }
   void stop() override {
     order_ = Session::kStop;
-    wakeup_.notify();
+    wakeup_->notify();
   }
 
  private:
   WorkerOptions options_;
   std::unique_ptr<zmq::context_t> own_context_;
-  Wakeup wakeup_;
+  const std::shared_ptr<Wakeup> wakeup_ = std::make_shared<Wakeup>();
   std::atomic<int> order_{Session::kServe};
 };
 

@@ -175,6 +175,14 @@ class Process {
 
   pid_t pid() const { return pid_; }
   void signal(int number) { kill(pid_, number); }
+  bool ended() {
+    int status = 0;
+    if (!done_ && waitpid(pid_, &status, WNOHANG) == pid_) {
+      done_ = true;
+      code_ = WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+    }
+    return done_;
+  }
   // Exit code, or -signal.
   int finish(int number = 0) {
     if (done_) return code_;

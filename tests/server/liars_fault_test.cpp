@@ -52,6 +52,8 @@ class LiarsAtNoop : public ::testing::Test {
     const int before = static_cast<int>(workers_.size());
     workers_.push_back(name);
     EXPECT_TRUE(eventually([&] { return sink_.events("worker_joined") > before; })) << process->log();
+    EXPECT_TRUE(eventually([&] { return process->log().find("welcome") != std::string::npos; }));
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));  // its Ready is on its way
     return process;
   }
   void expect_once(std::uint32_t networks) {
@@ -84,12 +86,12 @@ TEST_F(LiarsAtNoop, TheShareThatIsAuditedIsDrawnFromAStreamOfItsOwn) {
 }
 
 TEST_F(LiarsAtNoop, WhatALiarSaidBeforeItWasCaughtIsRetractedAndDoneAgain) {
-  start(0.05);
+  start(0.2);
   const auto a = worker("a", ""), b = worker("b", ""), liar = worker("liar", "lie");
-  give_noop_work(*dispatcher_, 600, 2, 0.0005);
+  give_noop_work(*dispatcher_, 3000, 2, 0.0005);
   ASSERT_TRUE(eventually([&] { return sink_.finished_times() == 1; }));
   EXPECT_EQ(sink_.events("quarantine"), 1);
-  expect_once(600);
+  expect_once(3000);
   EXPECT_GT(sink_.retractions(), 0U) << "the liar did nothing that was not audited";
   EXPECT_TRUE(sink_.all_zero_quality()) << "something that the liar said is still there";
   EXPECT_TRUE(eventually([&] { return dispatcher_->view().quarantined == 1; }));
