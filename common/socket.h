@@ -30,6 +30,11 @@ struct SocketOptions {
   double silence_seconds = 6;
   int high_water = 1000;           // messages queued a peer
   std::optional<CurveKeys> curve;  // absent: plain text
+  // Servers: each handshake is put to the context's Gatekeeper (common/zap.h), which must be there. Beside
+  // who comes in, this decides in which language: libzmq 4.3 then refuses ZMTP 1 and 2, whose first message,
+  // from any port scanner, can trip an assertion and end the process (zmtp_engine.cpp,
+  // process_routing_id_msg).
+  bool gatekept = false;
 };
 
 // True for inproc, ipc and addresses of the loopback interface ("tcp://127.0.0.1:5555", "tcp://[::1]:5555",

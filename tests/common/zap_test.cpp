@@ -59,7 +59,7 @@ TEST_F(Keys, OnlyThoseOnTheListGetThrough) {
   const CurveKeys friendly = *generate_keys(dir_ / "friend", master.public_key);
   const CurveKeys stranger = *generate_keys(dir_ / "stranger", master.public_key);
   zmq::context_t context(1);
-  const auto gatekeeper = std::move(*Gatekeeper::create(context, {friendly.public_key}));
+  const auto gatekeeper = std::move(*Gatekeeper::create(context, std::set<std::string>{friendly.public_key}));
   SocketOptions options;
   options.curve = master;
   zmq::socket_t router = std::move(*make_router(context, options));
