@@ -37,7 +37,7 @@ Result<std::vector<Judgement>> RunLoop::judge_candidates(const std::vector<BestR
   std::vector<Gather::Item> items;
   std::vector<NetworkFrame> frames;
   for (const BestRecord& candidate : candidates) {
-    items.push_back({candidate.genome, candidate.generation, candidate.network});
+    items.push_back({candidate.genome, candidate.generation});
     frames.push_back({candidate.genome, to_frame(candidate.network)});
   }
   gather_.begin(Gather::Kind::kOptional, generation, std::move(items), plan.trials);

@@ -129,17 +129,6 @@ TEST_F(Network, LateLinksAreKeptBusyAndLoseNobody) {
   EXPECT_EQ(sink_.events("worker_lost"), 0);
 }
 
-// A megabyte takes two seconds here, longer than the silence that is tolerated.
-TEST_F(Network, LargeTasksOverASlowLinkLoseNobody) {
-  start();
-  Relay relay(endpoint_, {0, 512 << 10});
-  const auto process = worker(relay.endpoint(), "slow");
-  give_noop_work(*dispatcher_, 6, 1, 0, 1 << 20);
-  ASSERT_TRUE(eventually([&] { return sink_.finished_times() == 1; }, 90));
-  EXPECT_EQ(sink_.events("worker_lost"), 0);
-  EXPECT_EQ(sink_.events("worker_joined"), 1) << process->log();
-}
-
 TEST_F(Network, ASlowWorkerHoldsNothingUp) {
   start();
   const auto slow = worker(endpoint_, "slow", "sleep:3"), fast = worker(endpoint_, "fast");
