@@ -16,9 +16,10 @@ void add_epsilon(CLI::App& app, Outcome& outcome);
 void add_validate(CLI::App& app, Outcome& outcome);
 void add_render(CLI::App& app, Outcome& outcome);
 void add_infer(CLI::App& app, Outcome& outcome);
-// Runs: train, test.
+// Runs: train, test, experiment.
 void add_train(CLI::App& app, Outcome& outcome);
 void add_test(CLI::App& app, Outcome& outcome);
+void add_experiment(CLI::App& app, Outcome& outcome);
 // Asking a server or a run folder: status, watch, workers, generations, species, champion, runs, history,
 // pause, resume, stop.
 void add_queries(CLI::App& app, Outcome& outcome);

@@ -7,6 +7,7 @@
 
 #include "cli/cli.h"
 #include "cli/help.h"
+#include "cli/study/study.h"
 #include "common/config.h"
 #include "common/near_miss.h"
 
@@ -42,6 +43,7 @@ std::vector<Command> commands_of(const CLI::App& app) {
   for (const CLI::App* sub : app.get_subcommands({})) {
     Command command{sub->get_name(), sub->get_description(), flags_of(*sub), {}};
     if (command.name == "train" || command.name == "validate") command.words = builtin_configs();
+    if (command.name == "experiment") command.words = study::builtin_studies();
     if (command.name == "completions") command.words = {"bash", "zsh", "fish"};
     commands.push_back(command);
   }

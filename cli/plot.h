@@ -1,12 +1,11 @@
-// The fitness of a run over its generations: as a PNG, as an SVG, and in characters for a terminal.
+// The fitness of a run over its generations: as a figure, and in characters for a terminal.
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <string>
 #include <vector>
 
-#include "common/result.h"
+#include "cli/chart.h"
 
 namespace evograsp::cli {
 
@@ -22,15 +21,10 @@ struct FitnessPlot {
   std::vector<FitnessPoint> points;  // in the order of generations
 };
 
-Status write_png(const FitnessPlot& plot, const std::filesystem::path& path);
-// An <svg> element of its own, text as outlines: looks the same wherever it is pasted.
-Result<std::string> to_svg(const FitnessPlot& plot);
+Figure figure_of(const FitnessPlot& plot);
 // `columns` x `rows` characters and the axes. Best as dots of Braille, mean as light ones.
 std::string to_text(const FitnessPlot& plot, int columns = 64, int rows = 13);
 // Columns for a plot whose axis and labels shall fit, too.
 int plot_columns(int terminal_columns);
-
-// Ends of an axis that holds `largest`: 1, or 1, 2, 2.5 or 5 times a power of ten.
-double axis_end(double largest);
 
 }  // namespace evograsp::cli

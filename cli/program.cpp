@@ -31,7 +31,7 @@ struct Group {
 };
 const std::vector<Group>& groups() {
   static const std::vector<Group> kGroups = {
-      {"Evolve and judge", {"train", "test", "validate"}},
+      {"Evolve and judge", {"train", "test", "experiment", "validate"}},
       {"Look at a grasp", {"sim", "render", "infer", "epsilon"}},
       {"Ask a running server or a run folder",
        {"status", "watch", "workers", "generations", "species", "champion", "export", "runs", "history",
@@ -124,6 +124,7 @@ std::unique_ptr<CLI::App> make_app(Outcome& outcome) {
   app->footer(kFooter);
   add_train(*app, outcome);
   add_test(*app, outcome);
+  add_experiment(*app, outcome);
   add_validate(*app, outcome);
   add_epsilon(*app, outcome);
   add_queries(*app, outcome);

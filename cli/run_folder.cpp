@@ -43,7 +43,7 @@ Status write_results(const RunFolder& run) {
     if (auto status = write_file(run.path / "champion.pb", deterministic_bytes(*run.champion)); !status)
       return status;
   }
-  if (auto status = write_png(run.plot(), run.path / "fitness.png"); !status) return status;
+  if (auto status = write_png(figure_of(run.plot()), run.path / "fitness.png"); !status) return status;
   const auto html = report_html(run, run.path / "grasp.png");
   if (!html) return tl::unexpected(html.error());
   return write_file(run.path / "report.html", *html);

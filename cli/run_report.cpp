@@ -1,44 +1,13 @@
 // report.html: one page that tells a run, with everything it shows inside.
 #include <cstdio>
 
+#include "cli/page.h"
 #include "cli/progress.h"
 #include "cli/run_folder.h"
 #include "common/config.h"
 
 namespace evograsp::cli {
 namespace {
-
-constexpr char kStyle[] =
-    "body{font:16px/1.5 system-ui,sans-serif;color:#20242b;max-width:960px;margin:2rem auto;padding:0 1rem}"
-    "h1{font-size:1.5rem}h2{font-size:1.1rem;margin-top:2rem}table{border-collapse:collapse}"
-    "td,th{padding:.2rem .9rem .2rem 0;text-align:right;font-variant-numeric:tabular-nums}"
-    "td:first-child,th:first-child,.facts td{text-align:left}th{border-bottom:1px solid #ccc;font-weight:600}"
-    "svg,img{max-width:100%;height:auto}pre{background:#f5f6f8;padding:1rem;overflow:auto;font-size:.85rem}";
-
-std::string escaped(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    out += c == '<'   ? "&lt;"
-           : c == '>' ? "&gt;"
-           : c == '&' ? "&amp;"
-           : c == '"' ? "&quot;"
-                      : std::string(1, c);
-  }
-  return out;
-}
-
-std::string base64(std::string_view data) {
-  static constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  for (std::size_t i = 0; i < data.size(); i += 3) {
-    const std::size_t left = std::min<std::size_t>(3, data.size() - i);
-    std::uint32_t bits = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      bits = bits << 8 | (k < left ? static_cast<unsigned char>(data[i + k]) : 0u);
-    for (std::size_t k = 0; k < 4; ++k) out += k <= left ? kDigits[bits >> (18 - 6 * k) & 63] : '=';
-  }
-  return out;
-}
 
 std::string fixed(double value, int digits) {
   char buffer[64];
@@ -47,7 +16,7 @@ std::string fixed(double value, int digits) {
 }
 
 std::string row(const std::string& name, const std::string& value) {
-  return "<tr><td>" + name + "</td><td>" + escaped(value) + "</td></tr>\n";
+  return "<tr><td>" + name + "</td><td>" + html_escaped(value) + "</td></tr>\n";
 }
 
 std::string summary(const RunFolder& run) {
@@ -94,18 +63,18 @@ std::string table(const RunFolder& run) {
 std::string config_text(const proto::Config& config) {
   std::string out;
   for (const auto& [key, value] : flatten(config)) out += key + " = " + value + "\n";
-  return escaped(out);
+  return html_escaped(out);
 }
 
 }  // namespace
 
 Result<std::string> report_html(const RunFolder& run, const std::filesystem::path& picture) {
-  const auto svg = to_svg(run.plot());
+  const auto svg = to_svg(figure_of(run.plot()));
   if (!svg) return svg;
   std::string out = "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>" +
-                    escaped(run.info.name) + " - evograsp</title>\n<style>" + kStyle +
+                    html_escaped(run.info.name) + " - evograsp</title>\n<style>" + kPageStyle +
                     "</style></head><body>\n";
-  out += "<h1>" + escaped(run.info.name) + "</h1>\n" + summary(run);
+  out += "<h1>" + html_escaped(run.info.name) + "</h1>\n" + summary(run);
   out += "<h2>Fitness</h2>\n" + *svg + "\n";
   if (const auto png = read_file(picture, 16 << 20)) {
     out +=

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "cli/alone.h"
 #include "cli/champion_assets.h"
 #include "cli/cli.h"
 #include "cli/inputs.h"
@@ -32,25 +33,6 @@ struct Row {
   Judgement judgement;
 };
 
-// The champion's experiment with one object alone on the table.
-Result<std::shared_ptr<const sim::Simulator>> alone(const proto::Champion& champion,
-                                                    const std::string& object, const assets::Bundles& at_hand,
-                                                    const Options& options) {
-  proto::Config config = champion.experiment();
-  proto::SceneConfig& scene = *config.mutable_scene();
-  scene.clear_object();
-  scene.add_object(object);
-  scene.set_objects_in_scene(0);
-  // Files that the command names have units of their own.
-  if (options.scale > 0 || !options.objects.empty())
-    scene.set_mesh_scale(options.scale > 0 ? options.scale : 1);
-  if (options.mass > 0) scene.set_mesh_mass(options.mass);
-  auto experiment = resolve_trained(config, at_hand, "--objects");
-  if (!experiment) return tl::unexpected(experiment.error());
-  for (const std::string& warning : experiment->warnings) warn(warning);
-  return sim::Simulator::create(experiment->experiment, experiment->objects, experiment->hand);
-}
-
 Result<std::vector<Row>> judge_all(const proto::Champion& champion, const Options& options, bool box) {
   auto network = Network::from_proto(champion.network());
   if (!network) return tl::unexpected(network.error());
@@ -67,12 +49,14 @@ Result<std::vector<Row>> judge_all(const proto::Champion& champion, const Option
   if (objects.empty())
     objects.assign(champion.experiment().scene().object().begin(),
                    champion.experiment().scene().object().end());
+  // Files that the command names have units of their own.
+  const double scale = options.scale > 0 || options.objects.empty() ? options.scale : 1;
   std::vector<Row> rows;
   for (std::size_t i = 0; i < objects.size(); ++i) {
     const std::string& object = objects[i];
     assets::Bundles at_hand{{}, trained.hand};
     if (!trained.objects.empty()) at_hand.objects.push_back(trained.objects.at(i));
-    const auto simulator = alone(champion, object, at_hand, options);
+    const auto simulator = alone(champion, object, at_hand, scale, options.mass);
     if (!simulator) return tl::unexpected(simulator.error());
     const auto judgement = judge(*network, **simulator, 0, how);
     if (!judgement) return fail(judgement.error().code, object + ": " + judgement.error().message);

@@ -1,19 +1,15 @@
-// `evograsp train`: the server and a worker in one process, joined by an inproc socket.
-#include <unistd.h>
-
+// `evograsp train`: one run on this machine.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <thread>
-#include <zmq.hpp>
 
-#include "assets/assets.h"
 #include "cli/cli.h"
 #include "cli/inputs.h"
 #include "cli/output.h"
+#include "cli/local_run.h"
 #include "cli/program.h"
 #include "cli/progress.h"
 #include "cli/report.h"
@@ -21,9 +17,6 @@
 #include "cli/stop_signals.h"
 #include "common/config.h"
 #include "common/log.h"
-#include "server/server.h"
-#include "server/store_reader.h"
-#include "worker/worker.h"
 
 namespace evograsp::cli {
 namespace {
@@ -72,52 +65,26 @@ Result<std::vector<std::string>> all_overrides(const Options& options) {
   return overrides;
 }
 
-// Nobody else joins a run of this command unless asked: then no port is taken and two runs go side by side.
-void close_doors(LoadedConfig& loaded) {
-  if (loaded.origin["net.listen"] == Origin::kDefault) loaded.config.mutable_net()->set_listen("");
-  if (loaded.origin["net.http"] == Origin::kDefault) loaded.config.mutable_net()->set_http("");
-}
-
 // What the server needs for a new run; the exit code when it cannot be had.
 tl::expected<server::ServerOptions, int> prepare_new(const Options& options) {
   const auto overrides = all_overrides(options);
   if (!overrides) return tl::unexpected(report(overrides.error()));
   auto loaded = load_config(options.config, *overrides, known_names());
   if (!loaded) return tl::unexpected(report(loaded.error()));
-  auto experiment = assets::resolve_experiment(loaded->config, loaded->base);
-  if (!experiment) {
-    return tl::unexpected(
-        report(Error{experiment.error().code, loaded->file + ": " + experiment.error().message}));
-  }
-  for (const std::string& warning : experiment->warnings) warn(warning);
-  close_doors(*loaded);
-
-  server::ServerOptions prepared;
-  prepared.run_dir = options.out.empty() ? fresh_folder(fs::path("runs") / loaded->config.run().name())
-                                         : fs::path(options.out);
-  std::error_code error;
-  if (fs::exists(prepared.run_dir / "run.db", error)) {
-    const std::string name = prepared.run_dir.string();
-    return tl::unexpected(
-        report(Error{ErrorCode::kInvalid,
-                     name + ": holds a run already; go on with it by: evograsp train --resume " + name}));
-  }
-  prepared.config = loaded->config;
-  prepared.experiment = std::move(*experiment);
-  return prepared;
+  const fs::path folder = options.out.empty() ? fresh_folder(fs::path("runs") / loaded->config.run().name())
+                                              : fs::path(options.out);
+  auto prepared = new_run(std::move(*loaded), folder);
+  if (!prepared) return tl::unexpected(report(prepared.error()));
+  return std::move(*prepared);
 }
 
 tl::expected<server::ServerOptions, int> prepare_resumed(const Options& options) {
-  const auto run = read_run_folder(options.resume);
-  if (!run) return tl::unexpected(report(run.error()));
-  server::ServerOptions prepared;
-  prepared.run_dir = options.resume;
-  prepared.config = run->info.config;
-  prepared.resume = true;
-  return prepared;
+  auto prepared = resumed_run(options.resume);
+  if (!prepared) return tl::unexpected(report(prepared.error()));
+  return std::move(*prepared);
 }
 
-// The run itself: a server on this thread, a worker on another, signals on a third.
+// The run itself, with its progress, signals on a thread of their own, and what is left in its folder.
 class Training {
  public:
   Training(const Options& options, server::ServerOptions server)
@@ -125,70 +92,41 @@ class Training {
   int run();
 
  private:
-  Status start();
   Result<server::RunState> evolve();
   int conclude(server::RunState state);
   void show_result(const RunFolder& run);
   void show_json(const RunFolder& run);
 
   const Options& options_;
-  server::ServerOptions server_options_;
-  zmq::context_t context_;
-  std::unique_ptr<server::Server> server_;
-  std::unique_ptr<worker::Worker> worker_;
+  const server::ServerOptions server_options_;
   StopSignals signals_;
 };
 
-Status Training::start() {
-  server_options_.context = &context_;
-  auto server = server::Server::create(server_options_);
-  if (!server) return tl::unexpected(server.error());
-  server_ = std::move(*server);
-  worker::WorkerOptions how;
-  how.connect = "inproc://evograsp";
-  how.slots = options_.slots;
-  how.context = &context_;
-  auto worker = worker::Worker::create(how);
-  if (!worker) return tl::unexpected(worker.error());
-  worker_ = std::move(*worker);
-  return {};
-}
-
 Result<server::RunState> Training::evolve() {
-  const std::uint32_t generations = server_options_.config.run().generations();
-  Progress progress(options_.quiet ? ProgressStyle::kSilent : progress_style(stderr), generations);
-  server_->on_generation([&progress](const server::GenerationReport& report) { progress.show(report); });
-  Status worked;
-  std::thread worker([this, &worked] {
-    worked = worker_->run();
-    if (!worked) server_->stop();
-  });
+  auto run = LocalRun::create(server_options_, options_.slots);
+  if (!run) return tl::unexpected(run.error());
+  if (!options_.quiet) {
+    std::fprintf(stderr, "%s %s in %s\n", options_.resume.empty() ? "training" : "resuming",
+                 server_options_.config.run().name().c_str(), server_options_.run_dir.c_str());
+  }
+  Progress progress(options_.quiet ? ProgressStyle::kSilent : progress_style(stderr),
+                    server_options_.config.run().generations());
   signals_.watch(
-      [this] {
+      [&run] {
         std::fputs("\nstopping: what is done gets committed (Ctrl-C again: stop at once)\n", stderr);
-        server_->stop();
+        (*run)->stop();
       },
       [] { std::_Exit(kExitInterrupted); });
-  auto state = server_->run();
+  auto state = (*run)->run([&progress](const server::GenerationReport& report) { progress.show(report); });
   signals_.stop();
   progress.finish();
-  worker_->stop();
-  worker.join();
-  if (!worked) return tl::unexpected(worked.error());
   return state;
 }
 
 int Training::run() {
   // The progress line says what goes well; the worker taking its leave is no news.
   set_up_logging({.json = false, .level = spdlog::level::err});
-  if (auto status = start(); !status) return report(status.error());
-  if (!options_.quiet) {
-    std::fprintf(stderr, "%s %s in %s\n", options_.resume.empty() ? "training" : "resuming",
-                 server_options_.config.run().name().c_str(), server_options_.run_dir.c_str());
-  }
   const auto state = evolve();
-  server_.reset();  // lets run.db go
-  worker_.reset();
   if (!state) return report(state.error());
   return conclude(*state);
 }

@@ -57,7 +57,7 @@ TEST(TextPlot, TakesNoPointsOnePointAndStrangeOnes) {
 }
 
 TEST(SvgPlot, IsOneElementWithoutReferencesToElsewhere) {
-  const auto svg = to_svg(rising());
+  const auto svg = to_svg(figure_of(rising()));
   ASSERT_TRUE(svg.has_value());
   EXPECT_THAT(*svg, StartsWith("<svg"));
   EXPECT_THAT(*svg, Not(HasSubstr("href=\"http")));
@@ -65,7 +65,7 @@ TEST(SvgPlot, IsOneElementWithoutReferencesToElsewhere) {
 
 // A curve that began at the words drawn before it would show a line across the picture.
 TEST(SvgPlot, CurvesBeginAtTheFirstGeneration) {
-  const std::string svg = to_svg(rising()).value();
+  const std::string svg = to_svg(figure_of(rising())).value();
   int curves = 0;
   for (std::size_t at = svg.find("stroke-width:2.2"); at != std::string::npos;
        at = svg.find("stroke-width:2.2", at + 1)) {
@@ -79,12 +79,12 @@ TEST(SvgPlot, CurvesBeginAtTheFirstGeneration) {
 
 TEST(PngPlot, WritesAPictureOrSaysWhyNot) {
   const auto file = std::filesystem::temp_directory_path() / "evograsp_plot_test.png";
-  ASSERT_TRUE(write_png(rising(), file).has_value());
+  ASSERT_TRUE(write_png(figure_of(rising()), file).has_value());
   std::string head(8, '\0');
   std::ifstream(file, std::ios::binary).read(head.data(), 8);
   EXPECT_EQ(head, "\x89PNG\r\n\x1a\n");
   std::filesystem::remove(file);
-  const auto status = write_png(rising(), "/nonexistent/folder/f.png");
+  const auto status = write_png(figure_of(rising()), "/nonexistent/folder/f.png");
   ASSERT_FALSE(status.has_value());
   EXPECT_THAT(status.error().message, StartsWith("/nonexistent/folder/f.png: "));
 }
