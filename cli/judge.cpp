@@ -77,9 +77,10 @@ Result<Judgement> judge(const Network& network, const sim::Simulator& simulator,
   std::atomic<int> next{0};
   std::mutex mutex;
   Status status;  // guarded by mutex
+  const auto stopped = [&options] { return options.stop != nullptr && *options.stop; };
   const auto work = [&] {
     Judge judge(network, simulator, target, options);
-    for (int i = next++; i < options.placements; i = next++) {
+    for (int i = next++; i < options.placements && !stopped(); i = next++) {
       const auto result = judge.attempt(i);
       if (result) {
         attempts[static_cast<std::size_t>(i)] = *result;
@@ -96,6 +97,7 @@ Result<Judgement> judge(const Network& network, const sim::Simulator& simulator,
     threads.emplace_back(work);
   for (std::thread& thread : threads) thread.join();
   if (!status) return tl::unexpected(status.error());
+  if (stopped()) return fail(ErrorCode::kUnavailable, "stopped");
 
   Judgement total;
   for (const Attempt& attempt : attempts) {

@@ -1,6 +1,7 @@
 // How often a network grasps an object in placements that it has never met.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -15,8 +16,9 @@ struct JudgeOptions {
   int placements = 100;
   std::uint64_t seed = 1;  // placement i is that of (seed, Purpose::kTest, 0, i), whatever the object
   bool bounding_box = true;
-  bool lift = true;  // also the lift test: slower
-  int threads = 0;   // 0: one a core; the answer does not depend on it
+  bool lift = true;                         // also the lift test: slower
+  int threads = 0;                          // 0: one a core; the answer does not depend on it
+  const std::atomic<bool>* stop = nullptr;  // when it turns true: kUnavailable, soon
 };
 
 struct Interval {

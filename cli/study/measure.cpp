@@ -117,8 +117,10 @@ Result<TestedObject> Measuring::test(const Network& network, const std::string& 
   how.bounding_box = run_.champion->experiment().trials().bounding_box();
   how.lift = test_.lift();
   how.threads = options_.threads;
+  how.stop = options_.stop;
   const auto judged = judge(network, **simulator, 0, how);
   if (!judged) {
+    if (judged.error().code == ErrorCode::kUnavailable) return tl::unexpected(judged.error());
     if (!test_.folder()) return fail(judged.error().code, object + ": " + judged.error().message);
     tested.refused = judged.error().message;
     return tested;
@@ -135,7 +137,7 @@ Result<TestedObject> Measuring::test_cached(const Network& network, const std::s
                                             int trained_index) {
   const json key = test_key(object);
   if (const json* known = cache_.find(key)) return tested_from(*known);
-  if (options_.stopped()) return fail(ErrorCode::kUnavailable, "stopped");
+  if (options_.stop != nullptr && *options_.stop) return fail(ErrorCode::kUnavailable, "stopped");
   options_.tell("testing on " + file_stem(object));
   auto tested = test(network, object, trained_index);
   if (!tested) return tested;
@@ -147,7 +149,7 @@ Result<std::vector<CurvePoint>> Measuring::curve() {
   const proto::StudyCurve& how = options_.study.curve();
   const json key{"curve", how.terms(), how.every(), how.placements(), how.seed()};
   if (const json* known = cache_.find(key)) return curve_from_json(*known);
-  if (options_.stopped()) return fail(ErrorCode::kUnavailable, "stopped");
+  if (options_.stop != nullptr && *options_.stop) return fail(ErrorCode::kUnavailable, "stopped");
   options_.tell("looking at each generation's best again");
   auto points = measure_curve(run_, trained_, how, options_.threads);
   if (!points) return points;

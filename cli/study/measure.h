@@ -2,6 +2,7 @@
 // Kept in the run's folder, so that a study that is interrupted does nothing twice.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -40,7 +41,7 @@ struct MeasureOptions {
   std::vector<std::string> objects;  // of the test; empty: those the run was trained on
   double scale = 0, mass = 0;        // of mesh files among them; 0: file units are metres, mass by density
   int threads = 0;                   // 0: one a core; the answer does not depend on it
-  std::function<bool()> stopped = [] { return false; };
+  const std::atomic<bool>* stop = nullptr;  // when it turns true, no more is done
   std::function<void(const std::string&)> tell = [](const std::string&) {};  // what is being done
 };
 

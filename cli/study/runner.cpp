@@ -142,7 +142,7 @@ Result<DoneRun> Runner::one(const Prepared& prepared) {
   how.scale = options_.scale;
   how.mass = options_.mass;
   how.threads = options_.slots;
-  how.stopped = [this] { return stopped_.load(); };
+  how.stop = &stopped_;
   how.tell = [this](const std::string& what) { progress_.measuring(what); };
   auto measured = measure(*run, how);
   if (!measured) return tl::unexpected(measured.error());
