@@ -96,11 +96,11 @@ Scale vertical_scale(const ChartAxis& axis, const std::vector<double>& values) {
 
 std::string axis_number(double value, bool percent) {
   char text[40];
+  if (std::abs(value) < 1e-12) value = 0;  // no minus, no 1e-17
   if (percent) {
     std::snprintf(text, sizeof text, "%.4g %%", 100 * value);
     return text;
   }
-  if (std::abs(value) < 1e-12) return "0";
   const bool whole = std::floor(value) == value;
   if (whole && value >= 1000 && value < 1e9) return with_commas(static_cast<std::uint64_t>(value));
   std::snprintf(text, sizeof text, "%.6g", value);
