@@ -110,7 +110,7 @@ TEST(StudyFiles, MistakesAreNamedWithTheirPlace) {
   EXPECT_THAT(mistakes_in("seeds: 2"), HasSubstr("title"));
   EXPECT_THAT(mistakes_in("title: 'x'"), HasSubstr("no config"));
   EXPECT_THAT(mistakes_in("title: 'x' config: 'quick'\ntable { name: 't' by: 'objet' }"),
-              HasSubstr(":2:24: 'table[0].by[0]': there is no column 'objet'"));
+              HasSubstr(":2:23: 'table[0].by[0]': there is no column 'objet'"));
   EXPECT_THAT(mistakes_in("title: 'x' config: 'quick' plot { name: 'p' y: 'bests' }"),
               HasSubstr("did you mean 'best'"));
   EXPECT_THAT(mistakes_in("title: 'x' config: 'quick' plot { name: '../p' y: 'best' }"),
