@@ -36,11 +36,12 @@ double reach(const proto::ConvexPart& part, const Vec3& d) {
         core = std::max(core, local.x() * part.hull().xyz(i) + local.y() * part.hull().xyz(i + 1) +
                                   local.z() * part.hull().xyz(i + 2));
       }
+      core += part.rounding();  // the other shapes' sizes hold it already
       break;
     case proto::ConvexPart::SHAPE_NOT_SET:
       break;
   }
-  return d.dot(pose.position) + core + part.rounding();
+  return d.dot(pose.position) + core;
 }
 
 double width_along(const proto::ObjectBundle& object, const Vec3& d) {
