@@ -109,7 +109,8 @@ const char kPageStyle[] =
     "body{font:16px/1.5 system-ui,sans-serif;color:#20242b;max-width:960px;margin:2rem auto;padding:0 1rem}"
     "h1{font-size:1.5rem}h2{font-size:1.1rem;margin-top:2rem}table{border-collapse:collapse}"
     "td,th{padding:.2rem .9rem .2rem 0;text-align:right;font-variant-numeric:tabular-nums}"
-    "td:first-child,th:first-child,td.w,th.w{text-align:left}th{border-bottom:1px solid #ccc;font-weight:600}"
+    "td:first-child,th:first-child,.facts td,td.w,th.w{text-align:left}th{border-bottom:1px solid "
+    "#ccc;font-weight:600}"
     "svg,img{max-width:100%;height:auto}pre{background:#f5f6f8;padding:1rem;overflow:auto;font-size:.85rem}"
     "code{background:#f5f6f8;padding:0 .2rem}figure{margin:1.5rem 0}figcaption{color:#555;font-size:.9rem}"
     ".table{overflow-x:auto}";

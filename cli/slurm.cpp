@@ -260,7 +260,9 @@ void add_submit(CLI::App& slurm, Outcome& outcome) {
 void add_slurm(CLI::App& app, Outcome& outcome) {
   CLI::App* sub = app.add_subcommand("slurm", "run on a Slurm cluster: a server job and an array of workers");
   sub->require_subcommand(1);
-  sub->footer("docs/SLURM.md leads through it.");
+  sub->footer(
+      "Example:\n  evograsp slurm submit --workers 64 cube --out /scratch/me/cube\ndocs/SLURM.md leads "
+      "through it.");
   add_submit(*sub, outcome);
 }
 
