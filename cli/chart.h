@@ -42,7 +42,7 @@ struct ChartLine {
 struct Bar {
   double value = kAbsent;
   double low = kAbsent, high = kAbsent;  // of the interval
-  std::vector<double> dots;              // what the value sums up
+  std::vector<double> dots = {};         // what the value sums up
   double reference = kAbsent;            // a diamond
 };
 struct BarSeries {
