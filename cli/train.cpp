@@ -8,8 +8,8 @@
 
 #include "cli/cli.h"
 #include "cli/inputs.h"
-#include "cli/output.h"
 #include "cli/local_run.h"
+#include "cli/output.h"
 #include "cli/program.h"
 #include "cli/progress.h"
 #include "cli/report.h"

@@ -121,7 +121,8 @@ TEST(ParseText, SaysWhatATypeTakes) {
   EXPECT_EQ(only_complaint("neat: 5"), "f:1:7: 'neat' takes '{', found 5");
   EXPECT_EQ(only_complaint("run { seed: [1, 2] }"), "f:1:13: 'run.seed' takes one value, not a list");
   EXPECT_EQ(only_complaint("neat { topology: DIRCT }"),
-            "f:1:18: 'neat.topology' is DIRCT, allowed are HIDDEN_LAYER, DIRECT, SPARSE, UNCONNECTED, FEATURES: did "
+            "f:1:18: 'neat.topology' is DIRCT, allowed are HIDDEN_LAYER, DIRECT, SPARSE, UNCONNECTED, "
+            "FEATURES: did "
             "you mean 'DIRECT'?");
 }
 
