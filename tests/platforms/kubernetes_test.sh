@@ -42,10 +42,10 @@ count=0
 while read -r what first second; do
   count=$((count + 1))
   case $what in
-    flag) "$bin/$first" --help | grep -q -- "^ *${second}[ ,]" || fail "$first has no option $second" ;;
+    flag) grep -q -- "^ *${second}[ ,]" <<<"$("$bin/$first" --help)" || fail "$first has no option $second" ;;
     key) "$evograsp" validate quick --set "$first=x" >/dev/null 2>&1 || fail "no setting $first" ;;
     path) curl -sf "$url$first" >/dev/null || fail "the server does not answer at $first" ;;
-    metric) curl -sf "$url/metrics" | grep -q "^$first " || fail "no metric $first" ;;
+    metric) grep -q "^$first " <<<"$(curl -sf "$url/metrics")" || fail "no metric $first" ;;
     *) fail "what is '$what'?" ;;
   esac
 done <named

@@ -45,7 +45,7 @@ grep -q 'quick: running' status || fail "status on the server's node: $(cat stat
 # Out of time, a worker and then the server: what Slurm sends before the limit.
 as_slurm scancel --signal=USR1 --batch "${array}_3"
 at_once "${array}_3"
-log worker-3 | grep -q draining || fail "a worker out of time was not drained"
+grep -q draining <<<"$(log worker-3)" || fail "a worker out of time was not drained"
 as_slurm scancel --signal=USR1 --batch "$server_job"
 at_once "$server_job"
 back() { [ "$(log server | grep -c 'workers: tcp://127.0.0.1')" -ge 2 ]; }
@@ -57,7 +57,7 @@ within 90 find_it_again || fail "a worker did not find the server again by its r
 as_slurm scancel "${array}_0"
 gone() { [ -z "$(squeue --noheader --jobs="${array}_0" 2>/dev/null)" ]; }
 within 90 gone || fail "a cancelled task stays"
-log worker-0 | grep -q draining || fail "a cancelled worker was not drained"
+grep -q draining <<<"$(log worker-0)" || fail "a cancelled worker was not drained"
 
 # A node is drained: its task is queued again and runs elsewhere.
 node=$(node_of "${array}_1")
@@ -73,7 +73,7 @@ fi
 
 finished() { [ -z "$(squeue --noheader 2>/dev/null)" ]; }
 within 90 finished || fail "the run does not end: $(squeue) $(log server | tail -n 5)"
-log server | grep -q 'finished: ' || fail "the server did not finish: $(log server | tail -n 5)"
+grep -q 'finished: ' <<<"$(log server)" || fail "the server did not finish: $(log server | tail -n 5)"
 cmp local/champion.pb "$run/champion.pb" || fail "Slurm bred another champion"
 [ ! -e "$run/rendezvous" ] || fail "the server left its rendezvous"
 finish

@@ -35,7 +35,7 @@ for unit in server worker@; do
   line=$(grep '^ExecStart=' "$here/../../deploy/systemd/evograsp-$unit.service")
   [[ $line == "ExecStart=/usr/local/bin/$program "* ]] || fail "$unit does not start $program"
   while read -r flag; do
-    "$bin/$program" --help | grep -q -- "^ *${flag}[ ,]" || fail "$program has no option $flag"
+    grep -q -- "^ *${flag}[ ,]" <<<"$("$bin/$program" --help)" || fail "$program has no option $flag"
   done < <(grep -o -- ' --[a-z-]*' <<<"$line" | tr -d ' ')
 done
 finish
