@@ -8,10 +8,10 @@
 // the default of 1001. --set changes a field of the task's neat config (protobuf text), for studies.
 #include <google/protobuf/text_format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <deque>
 #include <functional>
 #include <optional>
@@ -243,12 +243,15 @@ int main(int argc, char** argv) {
   int runs = 100;
   std::uint64_t first_seed = 1001;
   std::string only, settings;
-  for (int i = 1; i + 1 < argc; i += 2) {
-    if (std::strcmp(argv[i], "--runs") == 0) runs = std::atoi(argv[i + 1]);
-    if (std::strcmp(argv[i], "--first-seed") == 0) first_seed = std::strtoull(argv[i + 1], nullptr, 10);
-    if (std::strcmp(argv[i], "--task") == 0) only = argv[i + 1];
-    if (std::strcmp(argv[i], "--set") == 0) settings += std::string(" ") + argv[i + 1];
-  }
+  std::vector<std::string> changes;
+  CLI::App app("The NEAT paper's experiments: evaluations to a solution, failures counted");
+  app.add_option("--runs", runs, "of each task")->check(CLI::Range(1, 1000000))->capture_default_str();
+  app.add_option("--first-seed", first_seed, "of the first run; the next has the next")
+      ->capture_default_str();
+  app.add_option("--task", only)->check(CLI::IsMember({"xor", "double-pole", "double-pole-hidden"}));
+  app.add_option("--set", changes, "KEY=VALUE of the task's neat config");
+  CLI11_PARSE(app, argc, argv);
+  for (const std::string& change : changes) settings += " " + change;
   std::replace(settings.begin(), settings.end(), '=', ':');
   for (const Task& task : tasks()) {
     if (!only.empty() && only != task.name) continue;

@@ -1,6 +1,5 @@
 // Strangers at the door of a master that works: refused, named in few lines, bounded in memory, and the work
 // goes on. Rates before and meanwhile are printed.
-#include <arpa/inet.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
@@ -10,6 +9,7 @@
 #include "common/random.h"
 #include "common/zap.h"
 #include "server/dispatcher.h"
+#include "tests/server/raw_connection.h"
 #include "tests/server/raw_peer.h"
 #include "tests/server/real_run.h"
 
@@ -20,6 +20,7 @@ using testing::CountingSink;
 using testing::eventually;
 using testing::give_noop_work;
 using testing::Process;
+using testing::raw_connection;
 using testing::RawPeer;
 using testing::RealRun;
 using testing::TempDir;
@@ -32,17 +33,6 @@ std::size_t resident() {
   std::size_t total = 0, pages = 0;
   in >> total >> pages;
   return pages * 4096;
-}
-
-int raw_connection(const std::string& endpoint) {
-  const int fd = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(static_cast<std::uint16_t>(std::stoi(endpoint.substr(endpoint.rfind(':') + 1))));
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  if (::connect(fd, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0) return fd;
-  close(fd);
-  return -1;
 }
 
 class Strangers : public ::testing::Test {

@@ -1,29 +1,14 @@
 // The faults of the soak, one function each.
-#include <arpa/inet.h>
 #include <sys/socket.h>
 
 #include "common/version.h"
 #include "common/wire.h"
+#include "tests/server/raw_connection.h"
 #include "tests/soak/soak_run.h"
 
 namespace evograsp::soak {
 
 using testing::Process;
-
-namespace {
-
-int connect_raw(const std::string& endpoint) {
-  const int fd = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(static_cast<std::uint16_t>(std::stoi(endpoint.substr(endpoint.rfind(':') + 1))));
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  if (::connect(fd, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0) return fd;
-  close(fd);
-  return -1;
-}
-
-}  // namespace
 
 const std::vector<SoakRun::Fault>& SoakRun::faults() {
   static const std::vector<Fault> all = {
@@ -122,7 +107,7 @@ void SoakRun::other_protocol() {
 }
 
 void SoakRun::garbage() {
-  const int fd = connect_raw(endpoint_);
+  const int fd = testing::raw_connection(endpoint_);
   if (fd < 0) return;
   std::string bytes(20000, '\0');
   for (char& b : bytes) b = static_cast<char>(random_.next());
@@ -134,7 +119,7 @@ void SoakRun::half_open() {
   for (const int fd : held_open_) close(fd);
   held_open_.clear();
   for (int i = 0; i < 50; ++i)
-    if (const int fd = connect_raw(endpoint_); fd >= 0) held_open_.push_back(fd);
+    if (const int fd = testing::raw_connection(endpoint_); fd >= 0) held_open_.push_back(fd);
 }
 
 void SoakRun::wrong_clock() {
