@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/bench.h"
 #include "cli/help.h"
 #include "cli/report.h"
 #include "common/near_miss.h"
@@ -134,6 +135,7 @@ std::unique_ptr<CLI::App> make_app(Outcome& outcome) {
   add_export(*app, outcome);
   add_slurm(*app, outcome);
   add_keygen(*app, outcome);
+  add_bench(*app, outcome);
   add_completions(*app, outcome);
   put_in_groups(*app);
   return app;

@@ -20,7 +20,8 @@ void add_steering(CLI::App& app, Outcome& outcome);  // pause, resume, stop, che
 template <class Options, class Answer>
 void answer_with_source(CLI::App& command, std::shared_ptr<Options> options, Outcome& outcome,
                         Answer answer) {
-  command.callback([options, &outcome, answer] {
+  command.callback([options, &outcome, answer, &command] {
+    if (!command.get_subcommands().empty()) return;  // one of its own commands was called
     const auto source = Source::open(options->source);
     outcome.exit_code = source ? answer(**source, *options) : report(source.error());
   });

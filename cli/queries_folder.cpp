@@ -60,6 +60,11 @@ class FolderSource final : public Source {
                 name() + ": a folder has no log; name the server that has it with --server URL");
   }
 
+  Result<std::uint32_t> drain(const std::string&, bool) override {
+    return fail(ErrorCode::kUsage,
+                name() + ": a folder has no workers; name the server that has them with --server URL");
+  }
+
   std::string name() const override { return folder_.string(); }
 
  private:

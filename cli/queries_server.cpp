@@ -62,6 +62,16 @@ class ServerSource final : public Source {
     return parsed(client_.Put("/api/v1/log-level", json{{"level", *wanted}}.dump(), "application/json"));
   }
 
+  Result<std::uint32_t> drain(const std::string& node, bool drained) override {
+    const auto answer = checked(client_.Post(drained ? "/api/v1/workers/drain" : "/api/v1/workers/undrain",
+                                             json{{"node", node}}.dump(), "application/json"));
+    if (!answer) return tl::unexpected(answer.error());
+    const json document = json::parse(answer->body, nullptr, false);
+    if (!document.is_object() || !document.contains("workers") || !document["workers"].is_number_unsigned())
+      return not_ours();
+    return document["workers"].get<std::uint32_t>();
+  }
+
   std::string name() const override { return url_; }
 
  private:

@@ -43,6 +43,8 @@ class Source {
   virtual Status steer(const std::string& verb) = 0;
   // What the server's log says: its level now, or after setting it.
   virtual Result<nlohmann::json> log_level(const std::optional<std::string>& wanted) = 0;
+  // Takes the workers of a host, or one by its identity, out of the run or back in; gives how many are meant.
+  virtual Result<std::uint32_t> drain(const std::string& node, bool drained) = 0;
   virtual std::string name() const = 0;
 
   // Every generation from `from` on, page by page.

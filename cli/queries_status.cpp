@@ -89,6 +89,12 @@ std::string trials_line(const json& run) {
   return text;
 }
 
+// What more slots would bring, when the run has shown it.
+std::string hint_text(const json& workers) {
+  const std::uint64_t wanted = count_in(workers, "slots_wanted"), slots = count_in(workers, "slots");
+  return wanted > slots ? "; it could use " + with_commas(wanted - slots) + " more slots" : "";
+}
+
 std::string status_text(const View& view) {
   const json& run = view.run;
   const json &fitness = run["fitness"], &workers = run["workers"], &species = run["species"];
@@ -116,7 +122,7 @@ std::string status_text(const View& view) {
   if (!over(run))
     put(out, "workers",
         std::to_string(count_in(workers, "active")) + " with " + std::to_string(count_in(workers, "slots")) +
-            " slots, " + std::to_string(count_in(workers, "busy")) + " busy");
+            " slots, " + std::to_string(count_in(workers, "busy")) + " busy" + hint_text(workers));
   const json& champion = run["champion"];
   put(out, "champion",
       champion.value("chosen", false)      ? "chosen on fresh placements"

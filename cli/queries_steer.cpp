@@ -56,6 +56,24 @@ int log_level(Source& source, const LogOptions& options) {
   return kExitOk;
 }
 
+struct DrainOptions {
+  SourceOptions source;
+  std::string node;
+};
+
+int drain(Source& source, const DrainOptions& options, bool drained) {
+  const auto workers = source.drain(options.node, drained);
+  if (!workers) return report(workers.error());
+  if (options.source.json) {
+    print_json(nlohmann::json{{"accepted", true}, {"workers", *workers}});
+  } else {
+    print(options.node + ": " + std::to_string(*workers) +
+          (*workers == 1 ? " worker gets " : " workers get ") +
+          (drained ? "no more work\n" : "work again\n"));
+  }
+  return kExitOk;
+}
+
 void add_log_level(CLI::App& app, Outcome& outcome) {
   const auto options = std::make_shared<LogOptions>();
   CLI::App* sub = app.add_subcommand("log-level", "say or set how much a server logs");
@@ -65,6 +83,21 @@ void add_log_level(CLI::App& app, Outcome& outcome) {
   add_source_options(*sub, options->source);
   sub->footer("Examples:\n  evograsp log-level\n  evograsp log-level debug --server http://master:8080");
   answer_with_source(*sub, options, outcome, log_level);
+}
+
+void add_drain(CLI::App& workers, Outcome& outcome, const char* name, const char* description, bool drained) {
+  const auto options = std::make_shared<DrainOptions>();
+  CLI::App* sub = workers.add_subcommand(name, description);
+  sub->add_option("node", options->node, "a host, or the identity of one worker")->required();
+  add_source_options(*sub, options->source);
+  sub->footer(
+      "What a drained worker has begun it finishes. Workers of a drained host that join later wait as well. "
+      "A restarted\n"
+      "server has forgotten it.\n\nExample:\n  evograsp workers " +
+      std::string(name) + " node17 --server http://master:8080");
+  answer_with_source(*sub, options, outcome, [drained](Source& source, const DrainOptions& given) {
+    return drain(source, given, drained);
+  });
 }
 
 }  // namespace
@@ -82,6 +115,10 @@ void add_steering(CLI::App& app, Outcome& outcome) {
     });
   }
   add_log_level(app, outcome);
+  CLI::App* workers = app.get_subcommand("workers");
+  workers->require_subcommand(0, 1);
+  add_drain(*workers, outcome, "drain", "give the workers of a node no more work", true);
+  add_drain(*workers, outcome, "undrain", "give the workers of a node work again", false);
 }
 
 }  // namespace evograsp::cli

@@ -93,6 +93,14 @@ void allow_only(const Request& request, const std::set<std::string>& names) {
     if (!names.contains(name)) bad("unknown query parameter '" + name + "'");
 }
 
+// The one value of a body like {"level": "debug"}.
+std::string body_text(const Request& request, const char* name) {
+  const json body = json::parse(request.body, nullptr, false);
+  if (!body.is_object() || body.size() != 1 || !body.contains(name) || !body[name].is_string())
+    bad(std::string("a body like {\"") + name + "\": \"...\"} is needed");
+  return body[name];
+}
+
 std::string as_pattern(const std::string& path) {
   std::string pattern;
   for (const char c : path) {
@@ -230,11 +238,18 @@ class Api final : public ApiServer {
     change("/api/v1/resume", &RunControl::resume);
     change("/api/v1/stop", &RunControl::stop);
     change("/api/v1/checkpoint", &RunControl::checkpoint);
+    const auto drain = [this](const char* path, bool drained) {
+      post(path, [this, drained](const Request& q, Response& r) {
+        const std::string node = body_text(q, "node");
+        const std::uint32_t workers = value_of(run_.drain(node, drained));
+        r.status = 202;
+        answer(r, {{"accepted", true}, {"workers", workers}});
+      });
+    };
+    drain("/api/v1/workers/drain", true);
+    drain("/api/v1/workers/undrain", false);
     put("/api/v1/log-level", [this](const Request& q, Response& r) {
-      const json body = json::parse(q.body, nullptr, false);
-      if (!body.is_object() || body.size() != 1 || !body.contains("level") || !body["level"].is_string())
-        bad("a body like {\"level\": \"debug\"} is needed");
-      const std::string level = body["level"];
+      const std::string level = body_text(q, "level");
       static const std::set<std::string> kLevels{"trace", "debug", "info", "warn", "error", "off"};
       if (!kLevels.contains(level))
         bad("level: one of trace, debug, info, warn, error, off is needed, not '" + level + "'");

@@ -73,7 +73,11 @@ json run_json(const RunSnapshot& s) {
             {"trials_per_second", number(s.trials_per_second)},
             {"seconds_left", s.seconds_left >= 0 ? number(s.seconds_left) : json(nullptr)},
             {"evaluations", {{"done", s.evaluations_done}, {"total", s.evaluations_total}}},
-            {"workers", {{"active", active}, {"slots", slots}, {"busy", busy}}},
+            {"workers",
+             {{"active", active},
+              {"slots", slots},
+              {"busy", busy},
+              {"slots_wanted", s.slots_wanted > 0 ? json(s.slots_wanted) : json(nullptr)}}},
             {"champion", {{"available", s.champion != nullptr}, {"chosen", s.champion_chosen}}},
             {"error", s.error.empty() ? json(nullptr) : json(s.error)}};
   j["fitness"] = {{"best", judged ? number(s.best) : json(nullptr)},

@@ -8,9 +8,10 @@ namespace evograsp::server {
 namespace {
 
 constexpr int kMessagesATurn = 512;
-constexpr double kAbsentSeconds = 0.2;  // between two ticks: this thread did not run, and heard nobody
-constexpr double kDeafFactor = 4;       // times the silence limit, while messages wait unread
-constexpr double kPatienceSeconds = 2;  // without workers, before it is worth a line in the log
+constexpr double kAbsentSeconds = 0.2;    // between two ticks: this thread did not run, and heard nobody
+constexpr double kDeafFactor = 4;         // times the silence limit, while messages wait unread
+constexpr double kPatienceSeconds = 2;    // without workers, before it is worth a line in the log
+constexpr double kSmallestTask = 2.5e-4;  // s: the scheduler gives out no less
 
 double unix_time() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
@@ -51,6 +52,8 @@ void DispatchLoop::begin(Work work) {
   said_disputed_ = false;
   scheduler_.begin(work_.networks, static_cast<std::uint32_t>(work_.trials.size()), work_.lifts);
   working_ = true;
+  busy_before_ = totals_.busy_seconds;
+  hint_.begin(now(), static_cast<std::uint64_t>(work_.networks) * work_.trials.size());
 }
 
 void DispatchLoop::add(std::uint32_t first, std::vector<NetworkFrame> networks) {
@@ -160,6 +163,8 @@ void DispatchLoop::tell_complete(const std::vector<std::uint32_t>& networks) {
 void DispatchLoop::finish_if_done() {
   if (!working_ || !scheduler_.finished()) return;
   working_ = false;
+  hint_.finish(now(), totals_.busy_seconds - busy_before_,
+               std::max(kSmallestTask, scheduler_.trial_seconds()));
   sink_.finished();
 }
 
@@ -298,6 +303,7 @@ DispatchView DispatchLoop::view() const {
   view.scheduler = scheduler_.counts();
   view.trial_seconds = scheduler_.trial_seconds();
   view.paused = paused_;
+  view.slots_wanted = hint_.slots();
   for (const auto& [id, session] : by_id_) {
     view.workers.push_back(session->view);
     view.workers.back().outstanding = scheduler_.outstanding(id);

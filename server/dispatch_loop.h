@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "common/log.h"
 #include "server/audit.h"
 #include "server/dispatcher.h"
+#include "server/slot_hint.h"
 
 namespace evograsp::server {
 
@@ -22,8 +24,10 @@ struct Session {
   Party party = 0;
   PeerView view;
   int fd = -1;
-  bool ready = false;  // its simulator stands
-  double heard = 0;    // s, monotonic
+  bool ready = false;    // its simulator stands
+  bool held = false;     // drained by the operator
+  bool leaving = false;  // drained by itself
+  double heard = 0;      // s, monotonic
   std::uint64_t ping = 0;
   double ping_sent = 0;
 };
@@ -50,6 +54,7 @@ class DispatchLoop {
   void add(std::uint32_t first, std::vector<NetworkFrame> networks);
   void abandon();
   void set_paused(bool paused);
+  void set_drained(const std::string& node, bool drained);
   void dismiss(const std::string& reason);
 
   // Handles what has arrived, at most a bounded amount; true when more may be waiting.
@@ -108,6 +113,7 @@ class DispatchLoop {
   void pump_all();
   bool give_one(Session& session);
   void finish_if_done();
+  void follow_drain(Session& session);
   void tell_complete(const std::vector<std::uint32_t>& networks);
   SendResult send_task(const Session& session, const Assignment& what);
   Session* find(WorkerId id);
@@ -140,6 +146,9 @@ class DispatchLoop {
   bool said_alone_ = false;                      // that audits need two workers
   bool said_disputed_ = false;                   // that a dispute needs a third
   bool working_ = false;
+  std::set<std::string> drained_;  // hosts and identities
+  SlotHint hint_;
+  double busy_before_ = 0;  // busy_seconds when this work began
   bool paused_ = false;
   double next_heartbeat_ = 0;
   double last_tick_ = 0;

@@ -75,6 +75,7 @@ void DispatchLoop::handle_session(Session& session, const Received& message) {
     case proto::Envelope::kHeartbeat:
       return on_heartbeat(session, envelope.heartbeat());
     case proto::Envelope::kDrain:
+      session.leaving = true;
       session.view.state = "draining";
       scheduler_.set_active(session.id, false);
       return sink_.worker(session.view);
@@ -124,6 +125,7 @@ void DispatchLoop::on_hello(const Received& message) {
   sink_.event(
       false, "worker_joined",
       "worker " + view.identity + " on " + view.host + " with " + std::to_string(view.slots) + " slots");
+  follow_drain(*session);
   sessions_[peer] = std::move(session);
   welcome(peer);
 }

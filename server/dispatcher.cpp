@@ -42,6 +42,9 @@ class DispatcherThread : public Dispatcher {
   void set_paused(bool paused) override {
     post([paused](DispatchLoop& loop) { loop.set_paused(paused); });
   }
+  void set_drained(std::string node, bool drained) override {
+    post([name = std::move(node), drained](DispatchLoop& loop) { loop.set_drained(name, drained); });
+  }
   void dismiss(std::string reason) override {
     post([text = std::move(reason)](DispatchLoop& loop) { loop.dismiss(text); });
   }

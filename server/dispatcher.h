@@ -47,6 +47,8 @@ class Dispatcher {
   virtual void add(std::uint32_t first, std::vector<NetworkFrame> networks) = 0;
   virtual void abandon() = 0;
   virtual void set_paused(bool paused) = 0;
+  // No more work for the workers of this host, or of this identity; or work again.
+  virtual void set_drained(std::string node, bool drained) = 0;
   // Tells every worker that there is no more work to come.
   virtual void dismiss(std::string reason) = 0;
 

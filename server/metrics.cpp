@@ -115,6 +115,8 @@ void add_workers(Page& page, const RunSnapshot& s) {
   page.add("workers", "Workers by state.", MetricType::Gauge, "state", by_state);
   page.add("slots", "Simulator slots of the workers here now.", MetricType::Gauge, "state",
            {{"busy", busy}, {"idle", slots - busy}});
+  page.gauge("slots_wanted", "Slots that the run could keep busy four fifths of the time; 0: not known yet.",
+             real(s.slots_wanted));
 }
 
 void add_store(Page& page, const StoreFigures& f) {

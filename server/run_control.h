@@ -62,6 +62,7 @@ struct RunSnapshot {
   std::vector<neat::SpeciesSummary> species;
 
   std::vector<WorkerView> workers;
+  std::uint64_t slots_wanted = 0;  // that the run could use (server/slot_hint.h); 0: not known yet
   RunCounters counters;
   StoreFigures store;
 
@@ -81,6 +82,9 @@ class RunControl {
   // Pausing lets the tasks in flight finish and sends no more. kInvalid when the run has ended.
   virtual Status pause() = 0;
   virtual Status resume() = 0;
+  // Workers of a host, or the one of that identity, get no more work, or get work again; also those that join
+  // later, until this process ends. Gives how many are here now; kNotFound: none.
+  virtual Result<std::uint32_t> drain(const std::string& node, bool drained) = 0;
   // Commits what there is and ends the run.
   virtual Status stop() = 0;
   // Waits (at most a few seconds) until all finished work is on the disk.

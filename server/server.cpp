@@ -199,6 +199,9 @@ class ServerImpl : public Server {
     std::shared_ptr<const RunSnapshot> snapshot() const override { return server_.snapshots_.last(); }
     Status pause() override { return server_.set_paused(true); }
     Status resume() override { return server_.set_paused(false); }
+    Result<std::uint32_t> drain(const std::string& node, bool drained) override {
+      return server_.drain(node, drained);
+    }
     Status stop() override {
       if (server_.ended()) return fail(ErrorCode::kInvalid, "the run has ended");
       server_.stop();
@@ -246,6 +249,16 @@ class ServerImpl : public Server {
     if (ended()) return fail(ErrorCode::kInvalid, "the run has ended");
     loop_->set_paused(paused);
     return {};
+  }
+
+  Result<std::uint32_t> drain(const std::string& node, bool drained) {
+    std::uint32_t meant = 0;
+    for (const WorkerView& worker : snapshots_.last()->workers)
+      if (worker.state != "gone" && (worker.host == node || worker.identity == node)) ++meant;
+    if (meant == 0)
+      return fail(ErrorCode::kNotFound, "no worker is called '" + node + "' or is on a host of that name");
+    dispatcher_->set_drained(node, drained);
+    return meant;
   }
 
   bool ended() const {

@@ -75,6 +75,7 @@ void Snapshots::fill_workers(RunSnapshot& s, const DispatchView& dispatch) {
     worker.silent_seconds = std::max(0.0, now - peer.heard);
     worker.round_trip_seconds = peer.round_trip;
   }
+  s.slots_wanted = dispatch.slots_wanted;
   RunCounters& c = s.counters;
   c.tasks_sent = dispatch.scheduler.tasks;
   c.tasks_done = dispatch.tasks_done;

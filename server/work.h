@@ -70,8 +70,9 @@ struct DispatchView {
   std::uint64_t refused = 0, malformed = 0, lost = 0;
   std::uint64_t audits = 0, audit_mismatches = 0, quarantined = 0;
   std::uint64_t bytes_sent = 0, bytes_received = 0;
-  double trial_seconds = 0;  // mean, of a slot
-  double busy_seconds = 0;   // of all slots, wall
+  double trial_seconds = 0;        // mean, of a slot
+  double busy_seconds = 0;         // of all slots, wall
+  std::uint64_t slots_wanted = 0;  // that the run could use (server/slot_hint.h); 0: not known yet
   bool paused = false;
   std::vector<PeerView> workers;  // those connected, then those quarantined
 };

@@ -46,6 +46,11 @@ class FakeRun final : public RunControl {
     const std::lock_guard lock(mutex_);
     snapshot_ = std::make_shared<const RunSnapshot>(std::move(s));
   }
+  Result<std::uint32_t> drain(const std::string& node, bool drained) override {
+    if (node != "host1") return fail(ErrorCode::kNotFound, "no worker is called '" + node + "'");
+    log += drained ? "drain " : "undrain ";
+    return 3;
+  }
   std::shared_ptr<const RunSnapshot> snapshot() const override {
     const std::lock_guard lock(mutex_);
     return snapshot_;
@@ -186,6 +191,20 @@ TEST_F(ApiTest, VerbsReachTheRun) {
   EXPECT_EQ(failed->status, 500);
   EXPECT_EQ(json::parse(failed->body)["error"]["code"], "io");
   EXPECT_EQ(json::parse(failed->body)["error"]["message"], "run.db: the disk is full");
+}
+
+TEST_F(ApiTest, WorkersOfANodeAreDrained) {
+  const auto ask = [&](const char* verb, const char* body) {
+    return client().Post(std::string("/api/v1/workers/") + verb, body, "application/json");
+  };
+  const auto answer = ask("drain", R"({"node": "host1"})");
+  EXPECT_EQ(answer->status, 202);
+  EXPECT_EQ(json::parse(answer->body)["workers"], 3);
+  EXPECT_EQ(ask("undrain", R"({"node": "host1"})")->status, 202);
+  EXPECT_EQ(ask("drain", R"({"node": "host7"})")->status, 404);
+  for (const char* body : {"", "{}", R"({"node": 3})", R"({"node": "host1", "x": 1})"})
+    EXPECT_EQ(ask("drain", body)->status, 400) << body;
+  EXPECT_EQ(run_.log, "drain undrain ");
 }
 
 TEST_F(ApiTest, TheLogLevelIsReadAndSet) {
