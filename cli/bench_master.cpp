@@ -13,6 +13,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <set>
 
 #include "common/zap.h"
 #include "score/score.h"
@@ -85,7 +86,7 @@ class Child {
     options.scheduler.credit = options_.credit;
     if (options_.curve) {
       options.socket.curve = options_.curve;
-      auto gatekeeper = Gatekeeper::create(context_, {options_.allowed_key});
+      auto gatekeeper = Gatekeeper::create(context_, std::set<std::string>{options_.allowed_key});
       if (!gatekeeper) return tl::unexpected(gatekeeper.error());
       gatekeeper_ = std::move(*gatekeeper);
     }

@@ -99,6 +99,12 @@ void linger_and_close(socket_t socket) {
   ::close(socket);
 }
 
+// A POST that announces no body has none (RFC 9112, 6.3); the library would read on until the peer hangs up.
+void expect_announced_body(httplib::Request& request) {
+  if (!request.has_header("Content-Length") && !request.has_header("Transfer-Encoding"))
+    request.set_header("Content-Length", "0");
+}
+
 }  // namespace
 
 // ---- HttpPool ----
@@ -185,7 +191,7 @@ bool HttpServer::process_and_close_socket(socket_t socket) {
   ::fcntl(socket, F_SETFD, FD_CLOEXEC);
   PatientStream stream(socket, limits_, crowd_);
   bool closed = false;
-  const bool answered = process_request(stream, true, closed, nullptr);
+  const bool answered = process_request(stream, true, closed, expect_announced_body);
   if (answered) {
     linger_and_close(socket);
   } else {

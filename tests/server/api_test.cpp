@@ -266,6 +266,21 @@ TEST_F(ApiTest, ChangesNeedTheTokenWhereThereIsOne) {
   EXPECT_EQ(run_.log, "stop ");
 }
 
+// As curl -X POST sends it: no body, and no word about one.
+TEST_F(ApiTest, APostWithoutABodyIsAnsweredAtOnce) {
+  const int s = raw_socket();
+  const std::string request = "POST /api/v1/stop HTTP/1.1\r\nHost: localhost\r\n\r\n";
+  ASSERT_EQ(::send(s, request.data(), request.size(), 0), static_cast<ssize_t>(request.size()));
+  std::string answer(256, '\0');
+  const auto start = std::chrono::steady_clock::now();
+  const ssize_t got = ::recv(s, answer.data(), answer.size(), 0);
+  ::close(s);
+  answer.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
+  EXPECT_EQ(answer.substr(0, answer.find('\r')), "HTTP/1.1 202 Accepted");
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(1));
+  EXPECT_EQ(run_.log, "stop ");
+}
+
 TEST_F(ApiTest, APageInALocalBrowserCannotReachTheRun) {
   EXPECT_EQ(client().Post("/api/v1/stop", {{"Origin", "http://evil.example"}}, "", "text/plain")->status,
             403);
