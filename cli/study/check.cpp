@@ -30,6 +30,7 @@ class Checker {
  private:
   void complain(const std::string& path, const std::string& message);
   void check_new_column(const std::string& path, const std::string& name);
+  void check_config(const std::string& path, const std::string& config);
   void check_axis(int index);
   void check_table(int index);
   void check_plot(int index);
@@ -73,6 +74,17 @@ void Checker::check_new_column(const std::string& path, const std::string& name)
   }
 }
 
+// What stands in braces is the name of an axis.
+void Checker::check_config(const std::string& path, const std::string& config) {
+  const auto known = axis_names();
+  for (std::size_t open = config.find('{'); open != std::string::npos; open = config.find('{', open + 1)) {
+    const std::string name = config.substr(open + 1, config.find('}', open) - open - 1);
+    if (std::ranges::find(known, name) == known.end())
+      complain(path, "there is no axis '" + name + "'; allowed are " + join_words(known) +
+                         did_you_mean(name, known));
+  }
+}
+
 void Checker::check_axis(int index) {
   const proto::StudyAxis& axis = study_.axis(index);
   const std::string path = at("axis", index);
@@ -91,6 +103,7 @@ void Checker::check_axis(int index) {
     }
     if (!seen.insert(name).second)
       complain(at(path + ".value", i, "name"), "there are two values '" + name + "'");
+    check_config(at(path + ".value", i, "config"), axis.value(i).config());
     for (int k = 0; k < axis.value(i).tag_size(); ++k)
       check_new_column(at(at(path + ".value", i) + ".tag", k, "name"), axis.value(i).tag(k).name());
   }
@@ -186,6 +199,7 @@ std::vector<Diagnostic> Checker::run() {
                std::ranges::all_of(axis.value(), [](const auto& v) { return v.has_config(); });
       }))
     complain("title", "no config: neither the study nor every value of an axis names one");
+  check_config("config", study_.config());
   for (int i = 0; i < study_.axis_size(); ++i) check_axis(i);
   for (int i = 0; i < study_.table_size(); ++i) {
     for (proto::StudyColumn& column : *study_.mutable_table(i)->mutable_column())

@@ -92,6 +92,16 @@ void add(PlannedRun& run, const proto::StudyAxis& axis, const proto::StudyValue&
   run.test_objects.insert(run.test_objects.end(), value.test_object().begin(), value.test_object().end());
 }
 
+// "nobox_{class}" with the name of the run's value on the axis `class`.
+std::string filled_in(std::string config, const std::map<std::string, std::string>& place) {
+  for (const auto& [axis, value] : place) {
+    const std::string gap = "{" + axis + "}";
+    for (std::size_t at = config.find(gap); at != std::string::npos; at = config.find(gap, at + value.size()))
+      config.replace(at, gap.size(), value);
+  }
+  return config;
+}
+
 }  // namespace
 
 std::vector<std::string> builtin_studies() {
@@ -156,6 +166,7 @@ Result<std::vector<PlannedRun>> plan(const LoadedStudy& study, const Selection& 
         add(run, study.study.axis(static_cast<int>(a)), axes[a].values[rest / block]);
         rest %= block;
       }
+      run.config = filled_in(run.config, run.place);
       run.id += std::to_string(seed);
       run.overrides.insert(run.overrides.end(), selection.overrides.begin(), selection.overrides.end());
       run.overrides.push_back("run.seed=" + std::to_string(seed));

@@ -96,6 +96,18 @@ TEST(StudyPlan, FollowsTheCommand) {
   EXPECT_THAT(plan(two_axes(), selection).error().message, HasSubstr("did you mean 'cube'"));
 }
 
+TEST(StudyPlan, ConfigsAreChosenByTheNamesOfValues) {
+  const std::string axes = R"(title: "s" seeds: 1
+axis { name: "class" value { name: "cube" } value { name: "mug" } }
+axis { name: "box" value { name: "true" config: "{class}" } value { name: "false" config: "nobox_{class}" } })";
+  std::vector<std::string> configs;
+  for (const PlannedRun& run : plan(load_study(StudyFile(axes).path()).value(), {}).value())
+    configs.push_back(run.config);
+  EXPECT_THAT(configs, ElementsAre("cube", "nobox_cube", "mug", "nobox_mug"));
+  EXPECT_THAT(mistakes_in("title: 's' config: '{clas}' axis { name: 'class' value { name: 'cube' } }"),
+              HasSubstr("there is no axis 'clas'; allowed are class: did you mean 'class'?"));
+}
+
 TEST(StudyPlan, SlotsGoUpToTheCores) {
   const StudyFile file("title: 's' config: 'quick' seeds: 1 axis { name: 'slots' slots_to_cores: true }");
   Selection selection;
