@@ -216,11 +216,12 @@ void DispatchLoop::drop_disconnected() {
 
 // Silence is what a peer does not say while somebody listens. When this thread itself did not run (no
 // processor to be had, a stopped process, a machine asleep), that time is nobody's silence: what they said
-// meanwhile waits in the socket.
+// meanwhile waits in the socket. Nor is it time that a task took: the slots of this process stood still, too.
 void DispatchLoop::excuse_own_absence() {
   const double absent = now() - std::exchange(last_tick_, now());
   if (absent < kAbsentSeconds) return;
   for (const auto& [id, session] : by_id_) session->heard = std::min(now(), session->heard + absent);
+  scheduler_.excuse(absent, now());
 }
 
 void DispatchLoop::lose_silent() {

@@ -302,6 +302,14 @@ void Scheduler::failed(WorkerId worker, std::uint64_t number) {
   end_attempt(worker, workers_.at(worker), number);
 }
 
+void Scheduler::excuse(double seconds, double now) {
+  for (auto& [number, task] : tasks_)
+    for (Attempt& attempt : task.attempts) {
+      attempt.sent = std::min(now, attempt.sent + seconds);
+      if (attempt.started >= 0) attempt.started = std::min(now, attempt.started + seconds);
+    }
+}
+
 std::vector<Scheduler::Hung> Scheduler::expire(double now) {
   std::vector<Hung> hung;
   for (const auto& [number, task] : tasks_)

@@ -108,6 +108,8 @@ class Scheduler {
     WorkerId worker = 0;
     std::uint64_t task = 0;
   };
+  // The master itself did not run for so long: no task's deadline came nearer.
+  void excuse(double seconds, double now);
   // Tasks beyond their deadline at `now`; each is taken from its worker, which loses a slot.
   std::vector<Hung> expire(double now);
   // Networks given up since the last call; they count as evaluated.

@@ -244,6 +244,22 @@ TEST(Scheduler, ATaskPastItsDeadlineCostsASlotAndGoesElsewhere) {
   EXPECT_TRUE(scheduler.next(2, 1.2));
 }
 
+// Ctrl-Z, a minute, fg: nothing hung.
+TEST(Scheduler, ATimeInWhichTheMasterStoodStillCountsForNoDeadline) {
+  SchedulerOptions options = plain();
+  options.task_deadline = 1;
+  Scheduler scheduler(options);
+  scheduler.join(1, 1);
+  begin(scheduler, 1, 1);
+  const auto what = scheduler.next(1, 0);
+  ASSERT_TRUE(what);
+  scheduler.started(1, what->task, what->attempt, 0.2);
+  scheduler.excuse(60, 60.3);
+  EXPECT_TRUE(scheduler.expire(60.3).empty()) << "ran for 0.1 s";
+  EXPECT_TRUE(scheduler.expire(61.1).empty()) << "ran for 0.9 s";
+  EXPECT_EQ(scheduler.expire(61.3).size(), 1U) << "ran for 1.1 s";
+}
+
 // Whatever happens to workers, all work gets done, once.
 TEST(Scheduler, SurvivesAnythingThatWorkersDo) {
   Random random(1, Purpose::kTestHarness);
