@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstring>
 
+#include "common/message_check.h"
 #include "common/network.h"
 
 namespace evograsp::cli {
@@ -52,6 +53,7 @@ Result<proto::Champion> read_champion(const fs::path& path) {
   }
   const auto network = Network::from_proto(champion.network());
   if (!network) return fail(network.error().code, file.string() + ": " + network.error().message);
+  if (Status ok = check_message(champion.experiment(), file.string()); !ok) return tl::unexpected(ok.error());
   write_defaults(*champion.mutable_experiment());
   return champion;
 }

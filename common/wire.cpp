@@ -107,6 +107,12 @@ bool receive(zmq::socket_t& socket, bool from_router, google::protobuf::Arena& a
   }
   received.size = head.size();
   for (const zmq::message_t& frame : received.body) received.size += frame.size();
+  if (from_router && head.size() > kMaxEnvelopeToMaster) {
+    received.fault = "an envelope of " + std::to_string(head.size()) + " bytes, more than " +
+                     std::to_string(kMaxEnvelopeToMaster);
+    received.body.clear();
+    return true;
+  }
   auto* envelope = google::protobuf::Arena::CreateMessage<proto::Envelope>(&arena);
   if (!envelope->ParseFromArray(head.data(), static_cast<int>(head.size())))
     received.fault = "a frame that is not an envelope";

@@ -17,6 +17,10 @@ namespace evograsp {
 // More body frames than this in one message are a protocol error.
 inline constexpr std::size_t kMaxBodyFrames = 1024;
 
+// A larger envelope from a worker is a protocol error: what a few bytes unfold to is many. The largest result
+// a scheduler asks for stays far below.
+inline constexpr std::size_t kMaxEnvelopeToMaster = std::size_t{4} << 20;
+
 // What every message of a session carries.
 struct SessionStamp {
   std::uint64_t run = 0;

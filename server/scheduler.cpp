@@ -14,6 +14,7 @@ constexpr double kSmallestTask = 2.5e-4;          // s: below this, sending cost
 constexpr std::uint32_t kShare = 2;               // tasks a slot that the remaining work is cut into
 constexpr std::size_t kMaxTaskBytes = 256 << 10;  // of networks in one message: heartbeats queue behind it
 constexpr std::size_t kMaxTaskNetworks = 256;
+constexpr double kMaxTaskTrials = 16384;  // their result stays within half of kMaxEnvelopeToMaster
 constexpr std::uint32_t kMaxCredit = 64;
 constexpr std::size_t kMaxWorkerBytes = 4 << 20;  // of networks in flight beyond the least credit
 constexpr std::size_t kRoundTrips = 16;           // heartbeats that the shortest round trip is taken of
@@ -129,7 +130,7 @@ std::uint32_t Scheduler::task_trials(const Worker& worker) const {
   const double guided = static_cast<double>(trials_pending_) / (std::max(1U, total_slots_) * kShare);
   const double most = options_.task_seconds / each;
   const double least = kSmallestTask / each;
-  return static_cast<std::uint32_t>(std::clamp(std::max(least, std::min(guided, most)), 1.0, 1e9));
+  return static_cast<std::uint32_t>(std::clamp(std::max(least, std::min(guided, most)), 1.0, kMaxTaskTrials));
 }
 
 std::optional<Assignment> Scheduler::next(WorkerId id, double now) {

@@ -6,6 +6,7 @@
 #include <utility>
 #include <zmq.hpp>
 
+#include "common/config_check.h"
 #include "common/digest.h"
 #include "common/log.h"
 #include "common/version.h"
@@ -81,6 +82,15 @@ Result<Parts> start_again(const ServerOptions& options) {
   Parts parts;
   parts.start = std::move(resumed->point);
   parts.store = std::move(resumed->store);
+  proto::Config config = parts.start.info.config;
+  config.clear_net();  // of the server that made the run; this one has its own
+  std::string wrong;
+  check_config(config, [&](const std::string& key, const std::string& why) {
+    if (wrong.empty()) wrong = key + ": " + why;
+  });
+  if (!wrong.empty())
+    return fail(ErrorCode::kInvalid,
+                (options.run_dir / kStoreFile).string() + ": its config cannot be: " + wrong);
   auto population = neat::Population::load(parts.start.info.config.neat(), parts.start.population);
   if (!population) return tl::unexpected(population.error());
   parts.population = std::make_unique<neat::Population>(std::move(*population));

@@ -29,8 +29,8 @@ Result<Scene> Scene::create(const proto::SceneConfig& config, const Camera& came
     Item item;
     item.name = object.name();
     item.footprint = object.footprint_radius();
-    if (object.resting_size() == 0)
-      return fail(ErrorCode::kInvalid, label(object, i) + " has no resting pose");
+    if (object.resting_size() < 1 || object.resting_size() > 256)
+      return fail(ErrorCode::kInvalid, label(object, i) + " needs 1 to 256 resting poses");
     if (!(item.footprint > 0 && item.footprint <= config.table_half_size()))
       return fail(ErrorCode::kInvalid, label(object, i) +
                                            " does not fit on the table: its footprint radius is " +
@@ -39,6 +39,8 @@ Result<Scene> Scene::create(const proto::SceneConfig& config, const Camera& came
     for (const proto::RestingPose& resting : object.resting()) {
       item.rotation.push_back(from_proto(resting.orientation()));
       item.height.push_back(resting.height());
+      if (!is_finite(Pose{item.rotation.back(), Vec3::Zero()}))
+        return fail(ErrorCode::kInvalid, label(object, i) + " has a resting orientation that is no rotation");
       if (!std::isfinite(resting.height()) || std::fabs(resting.height()) > 10)
         return fail(ErrorCode::kInvalid, label(object, i) + " has a resting height that is no length");
     }

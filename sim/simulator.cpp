@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/det_math.h"
+#include "common/message_check.h"
 #include "common/view_features.h"
 #include "sim/approach.h"
 #include "sim/closing.h"
@@ -107,6 +108,7 @@ Status keep(Result<T>&& made, std::unique_ptr<const T>& place) {
 }
 
 Status check_ranges(const proto::Experiment& experiment) {
+  if (Status ok = check_message(experiment, "experiment"); !ok) return ok;
   const proto::GraspConfig& g = experiment.grasp();
   const auto in = [](double v, double lo, double hi) { return v >= lo && v <= hi; };
   if (!in(g.contact_tolerance(), 1e-6, 0.01))

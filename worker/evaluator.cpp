@@ -10,6 +10,27 @@
 
 namespace evograsp::worker {
 
+namespace {
+
+// What a master never asks for: its wish would take the worker's memory, or its slot for good.
+constexpr std::size_t kMostMeasurements = 1 << 18;
+constexpr double kLongestNoop = 60;  // s
+
+std::string refusal(const proto::Task& task, std::size_t networks) {
+  if (static_cast<std::size_t>(task.network_size()) != networks)
+    return "a task of " + std::to_string(task.network_size()) + " networks came with " +
+           std::to_string(networks);
+  const std::size_t measurements = networks * static_cast<std::size_t>(task.trial_size());
+  if (measurements > kMostMeasurements)
+    return "a task of " + std::to_string(measurements) + " trials, more than " +
+           std::to_string(kMostMeasurements);
+  if (task.has_noop_seconds() && !(task.noop_seconds() <= kLongestNoop))
+    return "a task that waits longer than " + std::to_string(static_cast<int>(kLongestNoop)) + " s";
+  return {};
+}
+
+}  // namespace
+
 proto::Measurement to_proto(const sim::Measurement& m) {
   proto::Measurement out;
   out.set_outcome(m.outcome);
@@ -34,9 +55,8 @@ Evaluator::~Evaluator() = default;
 void Evaluator::evaluate(const proto::Task& task, const std::vector<zmq::message_t>& networks,
                          proto::TaskResult& result) {
   *result.mutable_network() = task.network();
-  if (task.network_size() != static_cast<int>(networks.size())) {
-    result.set_error("a task of " + std::to_string(task.network_size()) + " networks came with " +
-                     std::to_string(networks.size()));
+  if (const std::string why = refusal(task, networks.size()); !why.empty()) {
+    result.set_error(why);
   } else if (task.has_noop_seconds()) {
     if (task.noop_seconds() > 0)
       std::this_thread::sleep_for(std::chrono::duration<double>(task.noop_seconds()));

@@ -68,26 +68,32 @@ Session::~Session() {
 }
 
 Status Session::run() {
-  while (!done_) {
-    show_life();
-    check_absence();
-    if (!connected_ && !find_master()) {
-      obey();
-      pause(kRendezvousPause);
-      continue;
-    }
-    if (!connected_)
-      if (Status status = connect(); !status) return status;
-    wait();
-    send_events();
-    read_all();
-    obey();
-    beat();
-    check_silence();
-    if (lost_) pause(kReconnectPause);
-  }
+  while (!done_)
+    if (Status status = turn(); !status) return status;
   disconnect();
   if (error_) return tl::unexpected(*error_);
+  return {};
+}
+
+Status Session::turn() {
+  if (lost_) pause(kReconnectPause);
+  lost_ = false;
+  if (done_) return {};
+  show_life();
+  check_absence();
+  if (!connected_ && !find_master()) {
+    obey();
+    pause(kRendezvousPause);
+    return {};
+  }
+  if (!connected_)
+    if (Status status = connect(); !status) return status;
+  wait();
+  send_events();
+  read_all();
+  obey();
+  beat();
+  check_silence();
   return {};
 }
 

@@ -29,7 +29,12 @@ class Session {
   ~Session();
 
   enum Order { kServe, kDrain, kStop };
+  // Turns until the session is over; gives why.
   Status run();
+  // Waits a moment for a message or an event and handles what is there. An error: no socket can be made.
+  Status turn();
+  bool over() const { return done_; }
+  bool lost() const { return lost_; }  // the next turn connects anew, after a pause
 
  private:
   using Clock = std::chrono::steady_clock;
