@@ -5,7 +5,8 @@
 
 #include <cmath>
 #include <exception>
-#include <mutex>
+
+#include "common/mutex.h"
 
 namespace evograsp::assets {
 namespace {
@@ -74,8 +75,8 @@ Result<urdf::ModelInterfaceSharedPtr> parse_urdf(std::string_view text, const st
     return fail(ErrorCode::kInvalid,
                 file_name + ": elements nested deeper than " + std::to_string(kMaxXmlDepth));
   }
-  static std::mutex mutex;  // console_bridge's handler is one for the process
-  const std::lock_guard lock(mutex);
+  static Mutex mutex;  // console_bridge's handler is one for the process
+  const MutexLock lock(mutex);
   Listener listener;
   console_bridge::useOutputHandler(&listener);
   urdf::ModelInterfaceSharedPtr model;

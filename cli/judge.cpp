@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <mutex>
 #include <thread>
 #include <vector>
 
+#include "common/mutex.h"
 #include "common/random.h"
 #include "score/score.h"
 #include "sim/lift.h"
@@ -75,7 +75,7 @@ Result<Judgement> judge(const Network& network, const sim::Simulator& simulator,
   }
   std::vector<Attempt> attempts(static_cast<std::size_t>(options.placements));
   std::atomic<int> next{0};
-  std::mutex mutex;
+  Mutex mutex;
   Status status;  // guarded by mutex
   const auto stopped = [&options] { return options.stop != nullptr && *options.stop; };
   const auto work = [&] {
@@ -86,7 +86,7 @@ Result<Judgement> judge(const Network& network, const sim::Simulator& simulator,
         attempts[static_cast<std::size_t>(i)] = *result;
         continue;
       }
-      const std::lock_guard lock(mutex);
+      const MutexLock lock(mutex);
       status = tl::unexpected(result.error());
       return;
     }

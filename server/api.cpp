@@ -287,7 +287,7 @@ class Api final : public ApiServer {
   // ---- handlers that read run.db ----
 
   StoreReader& reader() {
-    const std::lock_guard lock(reader_mutex_);
+    const MutexLock lock(reader_mutex_);
     if (reader_ == nullptr) reader_ = value_of(StoreReader::open(options_.run_dir));
     return *reader_;
   }
@@ -349,8 +349,8 @@ class Api final : public ApiServer {
   std::map<std::string, std::set<std::string>> methods_;  // of each path; fixed once routes are added
   std::array<std::atomic<std::uint64_t>, 6> counts_{};
 
-  std::mutex reader_mutex_;
-  std::unique_ptr<StoreReader> reader_;  // made under reader_mutex_ on first use; thread-safe itself
+  Mutex reader_mutex_;
+  std::unique_ptr<StoreReader> reader_ GUARDED_BY(reader_mutex_);  // made on first use; thread-safe itself
 
   HttpServer http_;
   int port_ = 0;

@@ -119,7 +119,7 @@ bool HttpPool::refusing() {
 }
 
 void HttpPool::enqueue(std::function<void()> task) {
-  std::unique_lock lock(mutex_);
+  MutexLock lock(mutex_);
   if (tasks_.size() >= most_waiting_) {
     lock.unlock();
     refusing_now = true;
@@ -135,7 +135,7 @@ void HttpPool::enqueue(std::function<void()> task) {
 
 void HttpPool::shutdown() {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     closing_ = true;
     crowd_ = 1;  // whoever still dawdles is given up soon
   }
@@ -145,8 +145,8 @@ void HttpPool::shutdown() {
 
 void HttpPool::work() {
   for (;;) {
-    std::unique_lock lock(mutex_);
-    wake_.wait(lock, [this] { return closing_ || !tasks_.empty(); });
+    MutexLock lock(mutex_);
+    while (!closing_ && tasks_.empty()) lock.wait(wake_);
     if (tasks_.empty()) return;
     std::function<void()> task = std::move(tasks_.front());
     tasks_.pop_front();

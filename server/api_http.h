@@ -14,11 +14,11 @@
 #include <deque>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "common/mutex.h"
 namespace evograsp::server {
 
 struct HttpLimits {
@@ -43,10 +43,10 @@ class HttpPool final : public httplib::TaskQueue {
   void work();
   const std::size_t most_waiting_;
   std::atomic<int>& crowd_;  // tasks waiting now
-  std::mutex mutex_;
+  Mutex mutex_;
   std::condition_variable wake_;
-  std::deque<std::function<void()>> tasks_;
-  bool closing_ = false;
+  std::deque<std::function<void()>> tasks_ GUARDED_BY(mutex_);
+  bool closing_ GUARDED_BY(mutex_) = false;
   std::vector<std::thread> threads_;
 };
 

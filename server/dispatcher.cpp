@@ -2,10 +2,10 @@
 
 #include <deque>
 #include <exception>
-#include <mutex>
 #include <thread>
 #include <utility>
 
+#include "common/mutex.h"
 #include "common/thread_name.h"
 #include "server/dispatch_loop.h"
 
@@ -50,7 +50,7 @@ class DispatcherThread : public Dispatcher {
   }
 
   DispatchView view() const override {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     return view_;
   }
   std::vector<std::string> endpoints() const override { return endpoints_; }
@@ -60,7 +60,7 @@ class DispatcherThread : public Dispatcher {
 
   void post(Command command) {
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       commands_.push_back(std::move(command));
     }
     wakeup_.notify();
@@ -85,7 +85,7 @@ class DispatcherThread : public Dispatcher {
   bool obey() {
     std::deque<Command> commands;
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       commands.swap(commands_);
     }
     for (const Command& command : commands) {
@@ -112,7 +112,7 @@ class DispatcherThread : public Dispatcher {
     if (now < next_view_) return;
     next_view_ = now + std::chrono::milliseconds(200);
     DispatchView view = loop_.view();
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     view_ = std::move(view);
   }
 
@@ -120,9 +120,9 @@ class DispatcherThread : public Dispatcher {
   WorkSink& sink_;
   Wakeup wakeup_;
 
-  mutable std::mutex mutex_;  // guards the next two
-  std::deque<Command> commands_;
-  DispatchView view_;
+  mutable Mutex mutex_;
+  std::deque<Command> commands_ GUARDED_BY(mutex_);
+  DispatchView view_ GUARDED_BY(mutex_);
 
   // The thread's own.
   DispatchLoop loop_;

@@ -9,9 +9,18 @@
 
 namespace evograsp::server {
 
+namespace {
+
+std::chrono::steady_clock::time_point after(double seconds) {
+  return std::chrono::steady_clock::now() + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                                                std::chrono::duration<double>(seconds));
+}
+
+}  // namespace
+
 void Gather::begin(Kind kind, std::uint32_t generation, std::vector<Item> items,
                    std::vector<proto::TrialKey> trials) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   kind_ = kind;
   generation_ = generation;
   items_ = std::move(items);
@@ -35,13 +44,13 @@ Judgement Gather::judge(std::span<const proto::Measurement> measurements) const 
 }
 
 void Gather::already(std::uint32_t index, const Judgement& judgement) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   judgements_[index] = judgement;
   ++judged_;
 }
 
 std::vector<std::uint32_t> Gather::pending() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   pending_.clear();
   for (std::uint32_t i = 0; i < judgements_.size(); ++i)
     if (!judgements_[i].judged) pending_.push_back(i);
@@ -50,7 +59,7 @@ std::vector<std::uint32_t> Gather::pending() {
 
 // A journal entry of one of the dispatcher's networks, without its measurements.
 Evaluation Gather::blank(std::uint32_t network) const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   Evaluation evaluation;
   evaluation.generation = generation_;
   evaluation.genome = items_[pending_[network]].genome;
@@ -67,13 +76,12 @@ void Gather::evaluated(std::uint32_t network, std::vector<proto::Measurement> me
   const bool none = std::all_of(measurements.begin(), measurements.end(),
                                 [](const auto& m) { return m.outcome() == proto::NO_TRIAL; });
   const Judgement judgement = judge(measurements);
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   trials_ += measurements.size();
   ++evaluations_;
   record(network, judgement, none);
 }
 
-// Call with the mutex held.
 void Gather::record(std::uint32_t network, const Judgement& judgement, bool no_trials) {
   const std::uint32_t index = pending_[network];
   if (kind_ == Kind::kValidation) {
@@ -108,7 +116,7 @@ void Gather::poisoned(const Poisoned& network) {
 
 // Forgotten in the journal too, in the order of events: what comes next replaces it.
 void Gather::retracted(const std::vector<std::uint32_t>& networks) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   std::vector<std::uint64_t> genomes;
   for (const std::uint32_t network : networks) {
     const std::uint32_t index = pending_[network];
@@ -128,7 +136,7 @@ void Gather::finished() {
 }
 
 void Gather::notice(const std::string& text) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (notice_ != text) spdlog::warn("a trial cannot be held: {}", text);
   notice_ = text;
 }
@@ -161,7 +169,7 @@ void Gather::worker(const PeerView& peer) {
 
 void Gather::broken(const Error& error) {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     error_ = error;
   }
   wake();
@@ -169,16 +177,17 @@ void Gather::broken(const Error& error) {
 
 void Gather::wake() {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     woken_ = true;
   }
   changed_.notify_all();
 }
 
 bool Gather::wait(double seconds) {
-  std::unique_lock lock(mutex_);
-  changed_.wait_for(lock, std::chrono::duration<double>(seconds),
-                    [&] { return woken_ || judged_ == judgements_.size(); });
+  MutexLock lock(mutex_);
+  const auto end = after(seconds);
+  while (!woken_ && judged_ != judgements_.size())
+    if (!lock.wait_until(changed_, end)) break;
   woken_ = false;
   const bool complete = judged_ == judgements_.size();
   if (complete && !judgements_.empty() && without_trials_ == judgements_.size() && !error_)
@@ -187,33 +196,35 @@ bool Gather::wait(double seconds) {
 }
 
 void Gather::wait_for_wake(double seconds) {
-  std::unique_lock lock(mutex_);
-  changed_.wait_for(lock, std::chrono::duration<double>(seconds), [&] { return woken_; });
+  MutexLock lock(mutex_);
+  const auto end = after(seconds);
+  while (!woken_)
+    if (!lock.wait_until(changed_, end)) break;
   woken_ = false;
 }
 
 std::vector<Judgement> Gather::take() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return std::exchange(judgements_, {});
 }
 
 std::uint32_t Gather::judged() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return judged_;
 }
 
 std::uint64_t Gather::trials() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return trials_;
 }
 
 std::uint64_t Gather::evaluations() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return evaluations_;
 }
 
 std::optional<Error> Gather::error() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return error_;
 }
 

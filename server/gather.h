@@ -6,11 +6,11 @@
 
 #include <condition_variable>
 #include <functional>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "common/mutex.h"
 #include "score/score.h"
 #include "server/store.h"
 #include "server/work.h"
@@ -69,7 +69,7 @@ class Gather : public WorkSink {
 
  private:
   Evaluation blank(std::uint32_t network) const;
-  void record(std::uint32_t network, const Judgement& judgement, bool no_trials);
+  void record(std::uint32_t network, const Judgement& judgement, bool no_trials) REQUIRES(mutex_);
 
   const score::Scorer& scorer_;
   Store& store_;
@@ -81,15 +81,15 @@ class Gather : public WorkSink {
   std::vector<std::uint32_t> pending_;  // item of each of the dispatcher's networks
   std::vector<proto::TrialKey> keys_;
 
-  mutable std::mutex mutex_;  // guards the rest
+  mutable Mutex mutex_;
   std::condition_variable changed_;
-  std::vector<Judgement> judgements_;
-  std::uint32_t judged_ = 0;
-  std::uint32_t without_trials_ = 0;  // networks for which no trial could be held
-  std::uint64_t trials_ = 0, evaluations_ = 0;
-  std::string notice_;
-  std::optional<Error> error_;
-  bool woken_ = false;
+  std::vector<Judgement> judgements_ GUARDED_BY(mutex_);
+  std::uint32_t judged_ GUARDED_BY(mutex_) = 0;
+  std::uint32_t without_trials_ GUARDED_BY(mutex_) = 0;  // networks for which no trial could be held
+  std::uint64_t trials_ GUARDED_BY(mutex_) = 0, evaluations_ GUARDED_BY(mutex_) = 0;
+  std::string notice_ GUARDED_BY(mutex_);
+  std::optional<Error> error_ GUARDED_BY(mutex_);
+  bool woken_ GUARDED_BY(mutex_) = false;
 };
 
 }  // namespace evograsp::server

@@ -216,13 +216,13 @@ void RunLoop::commit_judged() {
   commit.best = entry.best;
   commit.population = population_.save();
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     ++committing_;
   }
   store_.commit_generation(std::move(commit), [this, entry = std::move(entry)](const Status& status) mutable {
     entry.status = status;
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       committed_.push_back(std::move(entry));
     }
     gather_.wake();
@@ -249,7 +249,7 @@ Status RunLoop::wait_for_commits(std::size_t most) {
     if (Status status = announce(); !status) return status;
     if (Status status = health(); !status) return status;
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       if (committing_ <= most) return {};
     }
     store_.hurry();
@@ -261,7 +261,7 @@ Status RunLoop::wait_for_commits(std::size_t most) {
 Status RunLoop::announce() {
   std::deque<Committed> safe;
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     safe.swap(committed_);
     committing_ -= safe.size();
   }

@@ -15,11 +15,11 @@
 #include <cmath>
 #include <deque>
 #include <functional>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "common/mutex.h"
 #include "neat/express.h"
 #include "neat/population.h"
 #include "server/dispatcher.h"
@@ -130,9 +130,9 @@ class RunLoop {
 
   std::atomic<bool> paused_{false}, stopped_{false};
 
-  std::mutex mutex_;                 // guards the next
-  std::deque<Committed> committed_;  // waiting to be announced
-  std::size_t committing_ = 0;       // handed to the store, not announced
+  Mutex mutex_;
+  std::deque<Committed> committed_ GUARDED_BY(mutex_);  // waiting to be announced
+  std::size_t committing_ GUARDED_BY(mutex_) = 0;       // handed to the store, not announced
 };
 
 }  // namespace evograsp::server

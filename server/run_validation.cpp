@@ -52,15 +52,15 @@ Status RunLoop::publish_champion(const BestRecord& best, const ValidationRecord&
   auto champion = make_champion(config_, fingerprint_, best, validation);
   if (!champion) return tl::unexpected(champion.error());
   std::optional<Status> kept;
-  std::mutex mutex;
+  Mutex mutex;
   store_.keep_champion(*champion, [&](const Status& status) {
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     kept = status;
     gather_.wake();
   });
   for (;;) {
     {
-      const std::lock_guard lock(mutex);
+      const MutexLock lock(mutex);
       if (kept) break;
     }
     gather_.wait_for_wake(0.1);

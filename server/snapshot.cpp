@@ -23,7 +23,7 @@ Snapshots::Snapshots(const ResumePoint& start, const std::filesystem::path& run_
 }
 
 std::shared_ptr<const RunSnapshot> Snapshots::last() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return last_;
 }
 
@@ -54,7 +54,7 @@ void Snapshots::publish(RunState state, const RunPosition& position,
   fill_rate(s, position, s.counters.trials);
   fill_champion(s, position, champion);
   s.store = store;
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   last_ = std::move(next);
 }
 

@@ -3,10 +3,10 @@
 
 #include <filesystem>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 
+#include "common/mutex.h"
 #include "server/gather.h"
 #include "server/run_control.h"
 #include "server/run_loop.h"
@@ -40,8 +40,8 @@ class Snapshots {
   std::uint32_t best_generation_ = 0;
   bool chosen_ = false;
 
-  mutable std::mutex mutex_;  // guards the next
-  std::shared_ptr<const RunSnapshot> last_;
+  mutable Mutex mutex_;
+  std::shared_ptr<const RunSnapshot> last_ GUARDED_BY(mutex_);
 };
 
 }  // namespace evograsp::server

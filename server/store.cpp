@@ -95,7 +95,7 @@ class StoreThread final : public Store {
   StoreThread(std::unique_ptr<Writer> writer, const proto::StoreConfig& config, std::uint64_t epoch)
       : retention_(Retention::from(config)),
         period_(std::chrono::duration_cast<Clock::duration>(
-            std::chrono::duration<double>(config.journal_seconds()))),
+            std::chrono::duration<double>(std::min(config.journal_seconds(), 3600.0)))),
         patience_(std::min<Clock::duration>(period_, kMostPatience)),
         epoch_(epoch),
         writer_(std::move(writer)),

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/message_check.h"
 #include "server/store.h"
 #include "server/store_schema.h"
 
@@ -95,17 +96,20 @@ Result<std::unique_ptr<StoreReader>> StoreReader::open(const std::filesystem::pa
 }
 
 Result<RunInfo> StoreReader::run() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   auto row = first(select<RunRow>(*database_, "run", "SELECT * FROM run", kNothing, read_run));
   if (!row) return tl::unexpected<Error>(row.error());
   if (!*row || !(*row)->parses)
     return fail(ErrorCode::kInvalid,
                 database_->file().string() + ": damaged: it does not say what run it is");
+  const std::string name = database_->file().string();
+  if (Status ok = check_message((*row)->info.config, name); !ok) return tl::unexpected<Error>(ok.error());
+  if (Status ok = check_message((*row)->info.experiment, name); !ok) return tl::unexpected<Error>(ok.error());
   return std::move((*row)->info);
 }
 
 Result<RunProgress> StoreReader::progress() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   auto row =
       first(select<RunProgress>(*database_, "progress", "SELECT * FROM progress", kNothing, [](Statement& s) {
         RunProgress p;
@@ -122,7 +126,7 @@ Result<RunProgress> StoreReader::progress() {
 }
 
 Result<std::vector<StoredAsset>> StoreReader::assets() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return select<StoredAsset>(*database_, "assets", "SELECT * FROM assets ORDER BY id", kNothing,
                              [](Statement& s) {
                                StoredAsset a;
@@ -135,7 +139,7 @@ Result<std::vector<StoredAsset>> StoreReader::assets() {
 }
 
 Result<std::vector<GenerationRecord>> StoreReader::generations(std::uint32_t from, std::uint32_t limit) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return select<GenerationRecord>(
       *database_, "generations",
       "SELECT * FROM generations WHERE generation >= ? ORDER BY generation LIMIT ?",
@@ -143,14 +147,14 @@ Result<std::vector<GenerationRecord>> StoreReader::generations(std::uint32_t fro
 }
 
 Result<std::optional<GenerationRecord>> StoreReader::last_generation() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return first(select<GenerationRecord>(*database_, "generations",
                                         "SELECT * FROM generations ORDER BY generation DESC LIMIT 1",
                                         kNothing, read_generation));
 }
 
 Result<std::vector<neat::SpeciesSummary>> StoreReader::species(std::uint32_t generation) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return select<neat::SpeciesSummary>(
       *database_, "species", "SELECT * FROM species WHERE generation = ? ORDER BY species",
       [&](Statement& s) { s.bind(std::int64_t{generation}); },
@@ -168,7 +172,7 @@ Result<std::vector<neat::SpeciesSummary>> StoreReader::species(std::uint32_t gen
 }
 
 Result<std::vector<Event>> StoreReader::events(std::int64_t since, std::uint32_t limit) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   const char* sql =
       since > 0 ? "SELECT * FROM events WHERE id > ? ORDER BY id LIMIT ?"
                 : "SELECT * FROM (SELECT * FROM events WHERE id > ? ORDER BY id DESC LIMIT ?) ORDER BY id";
@@ -186,7 +190,7 @@ Result<std::vector<Event>> StoreReader::events(std::int64_t since, std::uint32_t
 }
 
 Result<std::vector<WorkerRecord>> StoreReader::workers() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return select<WorkerRecord>(*database_, "workers", "SELECT * FROM workers ORDER BY identity", kNothing,
                               [](Statement& s) {
                                 WorkerRecord w;
@@ -204,21 +208,21 @@ Result<std::vector<WorkerRecord>> StoreReader::workers() {
 }
 
 Result<std::vector<BestRecord>> StoreReader::bests(std::uint32_t from, std::uint32_t limit) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return select<BestRecord>(
       *database_, "bests", "SELECT * FROM bests WHERE generation >= ? ORDER BY generation LIMIT ?",
       [&](Statement& s) { s.bind(std::int64_t{from}).bind(std::int64_t{limit}); }, read_best);
 }
 
 Result<std::optional<BestRecord>> StoreReader::best() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return first(select<BestRecord>(*database_, "bests",
                                   "SELECT * FROM bests ORDER BY fitness DESC, generation LIMIT 1", kNothing,
                                   read_best));
 }
 
 Result<std::vector<ValidationRecord>> StoreReader::validations() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return select<ValidationRecord>(*database_, "validations",
                                   "SELECT * FROM validations ORDER BY generation, genome", kNothing,
                                   [](Statement& s) {
@@ -235,7 +239,7 @@ Result<std::vector<ValidationRecord>> StoreReader::validations() {
 }
 
 Result<std::vector<PoisonRecord>> StoreReader::poisons() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return select<PoisonRecord>(*database_, "poisons", "SELECT * FROM poisons ORDER BY generation, genome",
                               kNothing, [](Statement& s) {
                                 PoisonRecord p;
@@ -249,7 +253,7 @@ Result<std::vector<PoisonRecord>> StoreReader::poisons() {
 }
 
 Result<std::vector<Evaluation>> StoreReader::evaluations(std::uint32_t generation) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return select<Evaluation>(
       *database_, "evaluations", "SELECT * FROM evaluations WHERE generation = ? ORDER BY genome",
       [&](Statement& s) { s.bind(std::int64_t{generation}); },
@@ -263,7 +267,7 @@ Result<std::vector<Evaluation>> StoreReader::evaluations(std::uint32_t generatio
 }
 
 Result<std::string> StoreReader::champion() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   auto row =
       first(select<std::string>(*database_, "champion", "SELECT * FROM champion", kNothing, [](Statement& s) {
         s.integer();
@@ -274,7 +278,7 @@ Result<std::string> StoreReader::champion() {
 }
 
 Result<std::vector<std::uint32_t>> StoreReader::populations() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   auto statement = database_->prepare("SELECT generation FROM populations ORDER BY generation");
   if (!statement) return tl::unexpected<Error>(statement.error());
   std::vector<std::uint32_t> generations;
@@ -287,7 +291,7 @@ Result<std::vector<std::uint32_t>> StoreReader::populations() {
 }
 
 Result<StoreReader::PopulationState> StoreReader::population(std::uint32_t generation) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   auto row = first(select<PopulationState>(
       *database_, "populations", "SELECT * FROM populations WHERE generation = ?",
       [&](Statement& s) { s.bind(std::int64_t{generation}); },

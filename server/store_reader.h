@@ -4,11 +4,11 @@
 
 #include <filesystem>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "common/mutex.h"
 #include "common/result.h"
 #include "server/store_records.h"
 #include "server/store_sqlite.h"
@@ -54,9 +54,9 @@ class StoreReader {
  private:
   explicit StoreReader(std::unique_ptr<Database> owned) : owned_(std::move(owned)), database_(owned_.get()) {}
 
-  std::mutex mutex_;
+  Mutex mutex_;
   std::unique_ptr<Database> owned_;
-  Database* database_;
+  Database* const database_ PT_GUARDED_BY(mutex_);
 };
 
 // Whether a server has the run open now.

@@ -1,6 +1,7 @@
 #include "worker/scenarios.h"
 
 #include <algorithm>
+#include <stdexcept>
 #include <utility>
 
 namespace evograsp::worker {
@@ -40,8 +41,15 @@ std::vector<std::shared_ptr<const Scenario>> TrialSet::prepare(const sim::Simula
   const auto key_of = [](const proto::TrialKey* k) {
     return Key{k->seed(), k->target(), k->click(), k->lift()};
   };
-  for (const proto::TrialKey* key : keys)
-    if (claim(key_of(key))) publish(key_of(key), make_scenario(simulator, *key));
+  for (const proto::TrialKey* key : keys) {
+    if (!claim(key_of(key))) continue;
+    try {
+      publish(key_of(key), make_scenario(simulator, *key));
+    } catch (...) {  // out of memory: whoever waits for it must not wait for ever
+      give_back(key_of(key));
+      throw;
+    }
+  }
   std::vector<std::shared_ptr<const Scenario>> scenarios;
   scenarios.reserve(keys.size());
   for (const proto::TrialKey* key : keys) scenarios.push_back(wait(key_of(key)));
@@ -49,27 +57,38 @@ std::vector<std::shared_ptr<const Scenario>> TrialSet::prepare(const sim::Simula
 }
 
 bool TrialSet::claim(const Key& key) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return scenarios_.try_emplace(key).second;
 }
 
 void TrialSet::publish(const Key& key, std::shared_ptr<const Scenario> scenario) {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     scenarios_[key] = std::move(scenario);
   }
   prepared_.notify_all();
 }
 
+void TrialSet::give_back(const Key& key) {
+  {
+    const MutexLock lock(mutex_);
+    scenarios_.erase(key);
+  }
+  prepared_.notify_all();
+}
+
 std::shared_ptr<const Scenario> TrialSet::wait(const Key& key) {
-  std::unique_lock lock(mutex_);
-  const auto entry = scenarios_.find(key);
-  prepared_.wait(lock, [&] { return entry->second != nullptr; });
-  return entry->second;
+  MutexLock lock(mutex_);
+  for (;;) {
+    const auto entry = scenarios_.find(key);
+    if (entry == scenarios_.end()) throw std::runtime_error("a trial could not be prepared");
+    if (entry->second != nullptr) return entry->second;
+    lock.wait(prepared_);
+  }
 }
 
 std::shared_ptr<TrialSet> ScenarioCache::get(std::uint64_t name) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   const auto found =
       std::find_if(sets_.begin(), sets_.end(), [&](const auto& set) { return set.first == name; });
   if (found != sets_.end()) {

@@ -9,12 +9,12 @@
 #include <list>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <span>
 #include <string>
 #include <tuple>
 #include <vector>
 
+#include "common/mutex.h"
 #include "proto/wire.pb.h"
 #include "sim/simulator.h"
 
@@ -41,11 +41,12 @@ class TrialSet {
   using Key = std::tuple<std::uint64_t, std::uint32_t, std::uint32_t, bool>;  // a trial key
   bool claim(const Key& key);
   void publish(const Key& key, std::shared_ptr<const Scenario> scenario);
-  std::shared_ptr<const Scenario> wait(const Key& key);
+  void give_back(const Key& key);
+  std::shared_ptr<const Scenario> wait(const Key& key);  // throws when whoever prepared it failed
 
-  std::mutex mutex_;
+  Mutex mutex_;
   std::condition_variable prepared_;
-  std::map<Key, std::shared_ptr<const Scenario>> scenarios_;  // null: somebody is at it
+  std::map<Key, std::shared_ptr<const Scenario>> scenarios_ GUARDED_BY(mutex_);  // null: somebody is at it
 };
 
 // The trial sets in use, by name; keeps the last few and frees the rest. Thread-safe.
@@ -55,8 +56,9 @@ class ScenarioCache {
 
  private:
   static constexpr std::size_t kKept = 3;
-  std::mutex mutex_;
-  std::list<std::pair<std::uint64_t, std::shared_ptr<TrialSet>>> sets_;  // the last used first
+  Mutex mutex_;
+  std::list<std::pair<std::uint64_t, std::shared_ptr<TrialSet>>> sets_
+      GUARDED_BY(mutex_);  // the last used first
 };
 
 }  // namespace evograsp::worker

@@ -58,29 +58,34 @@ SlotPool::~SlotPool() {
 }
 
 bool SlotPool::end(double seconds) {
-  std::unique_lock lock(mutex_);
+  const auto until = std::chrono::steady_clock::now() +
+                     std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                         std::chrono::duration<double>(seconds));
+  MutexLock lock(mutex_);
   stopping_ = true;
   queue_.clear();
   wanted_.notify_all();
-  return idle_.wait_for(lock, std::chrono::duration<double>(seconds), [&] { return busy_ == 0; });
+  while (busy_ > 0)
+    if (!lock.wait_until(idle_, until)) break;
+  return busy_ == 0;
 }
 
 void SlotPool::set_simulator(std::shared_ptr<SharedSimulator> shared) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   shared_ = std::move(shared);
   ++shared_version_;
 }
 
 void SlotPool::push(Job job) {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     queue_.push_back(std::move(job));
   }
   wanted_.notify_one();
 }
 
 int SlotPool::cancel(std::span<const std::uint64_t> tasks) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return static_cast<int>(std::erase_if(queue_, [&](const Job& job) {
     return job.envelope.has_task() &&
            std::find(tasks.begin(), tasks.end(), job.envelope.task().id()) != tasks.end();
@@ -88,7 +93,7 @@ int SlotPool::cancel(std::span<const std::uint64_t> tasks) {
 }
 
 std::vector<std::uint64_t> SlotPool::take_back() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   std::vector<std::uint64_t> tasks;
   for (const Job& job : queue_)
     if (job.envelope.has_task()) tasks.push_back(job.envelope.task().id());
@@ -97,14 +102,14 @@ std::vector<std::uint64_t> SlotPool::take_back() {
 }
 
 std::vector<SlotEvent> SlotPool::take_events() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return std::exchange(events_, {});
 }
 
 std::vector<StartedTask> SlotPool::take_started(std::chrono::milliseconds age) {
   const auto latest = std::chrono::steady_clock::now() - age;
   std::vector<StartedTask> started;
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   for (std::optional<Running>& running : running_) {
     if (!running || running->taken || (!running->suspect && running->since > latest)) continue;
     running->taken = true;
@@ -114,19 +119,19 @@ std::vector<StartedTask> SlotPool::take_started(std::chrono::milliseconds age) {
 }
 
 int SlotPool::busy() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return busy_;
 }
 
 int SlotPool::queued() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return static_cast<int>(queue_.size());
 }
 
 void SlotPool::post(SlotEvent event) {
   bool first;
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     first = events_.empty();
     events_.push_back(std::move(event));
   }
@@ -137,9 +142,9 @@ void SlotPool::work(std::size_t slot) {
   name_thread("slot");
   std::unique_ptr<Evaluator> evaluator;
   std::uint64_t version = ~std::uint64_t{0};
-  std::unique_lock lock(mutex_);
+  MutexLock lock(mutex_);
   for (;;) {
-    wanted_.wait(lock, [&] { return stopping_ || !queue_.empty(); });
+    while (!stopping_ && queue_.empty()) lock.wait(wanted_);
     if (stopping_) return;
     Job job = std::move(queue_.front());
     queue_.pop_front();

@@ -6,12 +6,12 @@
 #include <deque>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <thread>
 #include <vector>
 #include <zmq.hpp>
 
+#include "common/mutex.h"
 #include "common/socket.h"
 #include "common/wire.h"
 #include "proto/wire.pb.h"
@@ -78,15 +78,15 @@ class SlotPool {
 
   const std::shared_ptr<Wakeup> wakeup_;
 
-  mutable std::mutex mutex_;  // guards everything down to the threads
+  mutable Mutex mutex_;
   std::condition_variable wanted_, idle_;
-  std::deque<Job> queue_;
-  std::vector<SlotEvent> events_;
-  std::vector<std::optional<Running>> running_;  // by slot
-  std::shared_ptr<SharedSimulator> shared_;
-  std::uint64_t shared_version_ = 0;
-  int busy_ = 0;
-  bool stopping_ = false;
+  std::deque<Job> queue_ GUARDED_BY(mutex_);
+  std::vector<SlotEvent> events_ GUARDED_BY(mutex_);
+  std::vector<std::optional<Running>> running_ GUARDED_BY(mutex_);  // by slot
+  std::shared_ptr<SharedSimulator> shared_ GUARDED_BY(mutex_);
+  std::uint64_t shared_version_ GUARDED_BY(mutex_) = 0;
+  int busy_ GUARDED_BY(mutex_) = 0;
+  bool stopping_ GUARDED_BY(mutex_) = false;
 
   std::vector<std::thread> threads_;
 };
