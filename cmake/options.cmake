@@ -2,6 +2,7 @@
 option(EVOGRASP_TESTS "build the tests" ON)
 option(EVOGRASP_BENCH "build the benchmarks" ON)
 option(EVOGRASP_WERROR "treat warnings as errors (the checks do)" OFF)
+option(EVOGRASP_FUZZ "make libFuzzer programs of tests/fuzz/ (clang); else they replay their corpus" OFF)
 set(EVOGRASP_SANITIZE "" CACHE STRING "sanitizers, as for -fsanitize=, e.g. address,undefined or thread")
 
 set(CMAKE_CXX_STANDARD 20)
@@ -38,4 +39,7 @@ if(EVOGRASP_SANITIZE)
   target_compile_options(evograsp_flags INTERFACE
     -fsanitize=${EVOGRASP_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   target_link_options(evograsp_flags INTERFACE -fsanitize=${EVOGRASP_SANITIZE})
+endif()
+if(EVOGRASP_FUZZ)
+  target_compile_options(evograsp_flags INTERFACE -fsanitize=fuzzer-no-link)
 endif()
