@@ -3,6 +3,7 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cstring>
 
 namespace evograsp {
@@ -114,9 +115,10 @@ Result<zmq::socket_t> make_dealer(zmq::context_t& context, const std::string& en
 
 DisconnectMonitor::DisconnectMonitor(zmq::context_t& context, zmq::socket_t& watched)
     : watched_(watched), events_(context, zmq::socket_type::pair) {
-  char name[64];
-  std::snprintf(name, sizeof name, "inproc://monitor-%p", static_cast<void*>(this));
-  if (zmq_socket_monitor(watched.handle(), name, ZMQ_EVENT_DISCONNECTED) != 0) throw zmq::error_t();
+  // Never a name twice: libzmq gives one free some time after its socket is closed.
+  static std::atomic<std::uint64_t> count{0};
+  const std::string name = "inproc://monitor-" + std::to_string(++count);
+  if (zmq_socket_monitor(watched.handle(), name.c_str(), ZMQ_EVENT_DISCONNECTED) != 0) throw zmq::error_t();
   events_.set(zmq::sockopt::linger, 0);
   events_.connect(name);
 }

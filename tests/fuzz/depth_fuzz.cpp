@@ -10,6 +10,7 @@ using namespace evograsp;
 
 void look(const sim::GreyImage& image, bool kinect) {
   static const proto::CameraConfig config;
+  static const proto::GraspConfig grasp;
   static const sim::Camera training = *sim::Camera::create([] {
     proto::CameraConfig camera;
     camera.mutable_eye()->set_x(0.55);
@@ -21,7 +22,7 @@ void look(const sim::GreyImage& image, bool kinect) {
   const auto depth = sim::DepthImage::create(image, camera);
   fuzz::require(depth.has_value(), "a decoded image is an image");
   for (const auto& [u, v] : {std::pair{0, 0}, {image.width / 2, image.height / 2}, {image.width, 0}}) {
-    const auto info = sim::look_at_recording(*depth, config, training, Vec3(0, 0, 0.125), u, v, {});
+    const auto info = sim::look_at_recording(*depth, config, training, grasp, u, v, {});
     if (!info) continue;
     fuzz::require(info->depth.size() == std::size_t{config.columns()} * config.rows(),
                   "every sample is there");

@@ -31,7 +31,7 @@ class FuzzedWorker {
   }
 
   void run(fuzz::Pieces& pieces) {
-    wakeup_.notify();  // no turn waits
+    wakeup_->notify();  // no turn waits
     turn();
     for (int i = 0; i < 64 && !pieces.empty() && !session_->over() && !session_->lost(); ++i) {
       if (pieces.byte() % 16 == 15) order_ = pieces.byte() % 3;
@@ -39,7 +39,7 @@ class FuzzedWorker {
       turn();
     }
     order_ = worker::Session::kStop;
-    wakeup_.notify();
+    wakeup_->notify();
     if (!session_->over() && !session_->lost()) turn();
   }
 
@@ -47,7 +47,7 @@ class FuzzedWorker {
   void say(fuzz::Message message) { send(router_, peer_, std::move(message.head), std::move(message.body)); }
 
   void turn() {
-    wakeup_.notify();
+    wakeup_->notify();
     fuzz::require(session_->turn().has_value(), "a session needs no more than its socket");
     google::protobuf::Arena arena;
     Received received;
@@ -59,7 +59,7 @@ class FuzzedWorker {
 
   zmq::socket_t router_;
   worker::WorkerOptions options_;
-  Wakeup wakeup_;
+  const std::shared_ptr<Wakeup> wakeup_ = std::make_shared<Wakeup>();
   std::atomic<int> order_{worker::Session::kServe};
   std::optional<worker::Session> session_;
   std::string peer_;
