@@ -2,15 +2,14 @@
 
 #include <algorithm>
 #include <chrono>
-#include <condition_variable>
 #include <future>
-#include <mutex>
 #include <optional>
 #include <thread>
 #include <utility>
 #include <variant>
 
 #include "common/digest.h"
+#include "common/mutex.h"
 #include "common/thread_name.h"
 #include "server/store_open.h"
 #include "server/store_tables.h"
@@ -103,7 +102,7 @@ class StoreThread final : public Store {
 
   ~StoreThread() override {
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       closing_ = true;
     }
     wake_.notify_one();
@@ -112,8 +111,8 @@ class StoreThread final : public Store {
 
   void journal(Evaluation evaluation) override {
     const std::size_t weight = evaluation.measurements.size() + kRowOverhead;
-    std::unique_lock lock(mutex_);
-    space_.wait(lock, [this] { return queued_bytes_ < kMostQueuedBytes || !status_; });
+    MutexLock lock(mutex_);
+    wait_for_space(lock);
     if (!status_) return;
     queue_.emplace_back(std::move(evaluation));
     queued_bytes_ += weight;
@@ -139,7 +138,7 @@ class StoreThread final : public Store {
 
   void hurry() override {
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       urgent_ = true;
     }
     wake_.notify_one();
@@ -187,11 +186,11 @@ class StoreThread final : public Store {
   }
 
   Status status() const override {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     return status_;
   }
   StoreFigures figures() const override {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     StoreFigures figures = figures_;
     figures.queued_bytes = queued_bytes_;
     return figures;
@@ -201,8 +200,8 @@ class StoreThread final : public Store {
   // What weighs nothing never waits: callbacks may queue small changes from the store's own thread.
   void push(Change change, std::size_t weight = 0) {
     {
-      std::unique_lock lock(mutex_);
-      if (weight > 0) space_.wait(lock, [this] { return queued_bytes_ < kMostQueuedBytes || !status_; });
+      MutexLock lock(mutex_);
+      if (weight > 0) wait_for_space(lock);
       commits_waiting_ = commits_waiting_ || change.generation;
       durable_ = durable_ || change.durable;
       queued_bytes_ += weight + kRowOverhead;
@@ -212,15 +211,24 @@ class StoreThread final : public Store {
     wake_.notify_one();
   }
 
+  void wait_for_space(MutexLock& lock) REQUIRES(mutex_) {
+    while (queued_bytes_ >= kMostQueuedBytes && status_) lock.wait(space_);
+  }
+  bool due() const REQUIRES(mutex_) { return closing_ || urgent_ || queue_.size() >= kBatchRows; }
+
   // Waits until there is a batch worth writing; false when the store closes and nothing is left. full: the
   // batch holds something durable.
   bool take(std::vector<Item>& batch, bool& full) {
-    std::unique_lock lock(mutex_);
-    wake_.wait(lock, [this] { return closing_ || !queue_.empty(); });
-    const auto due = [this] { return closing_ || urgent_ || queue_.size() >= kBatchRows; };
-    Clock::time_point until = Clock::now() + period_;
-    const bool generation = wake_.wait_until(lock, until, [&] { return due() || commits_waiting_; });
-    if (generation) wake_.wait_until(lock, std::min(until, last_commit_ + patience_), due);
+    MutexLock lock(mutex_);
+    while (!closing_ && queue_.empty()) lock.wait(wake_);
+    const Clock::time_point until = Clock::now() + period_;
+    while (!due() && !commits_waiting_)
+      if (!lock.wait_until(wake_, until)) break;
+    if (commits_waiting_) {
+      const Clock::time_point end = std::min(until, last_commit_ + patience_);
+      while (!due())
+        if (!lock.wait_until(wake_, end)) break;
+    }
     batch.swap(queue_);
     full = durable_;
     if (commits_waiting_) last_commit_ = Clock::now();
@@ -278,14 +286,14 @@ class StoreThread final : public Store {
   void settle(const Status& result) {
     if (result) return;
     writer_->roll_back();
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (status_) status_ = result;
     failed_ = true;
     space_.notify_all();
   }
 
   void count_commits(std::uint64_t generations, double seconds) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     figures_.commits += generations;
     figures_.last_commit_seconds = seconds;
     figures_.total_commit_seconds += seconds;
@@ -293,7 +301,7 @@ class StoreThread final : public Store {
 
   void publish_figures() {
     const std::uint64_t bytes = writer_->file_bytes();
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     figures_.evaluations = evaluations_;
     figures_.transactions = writer_->transactions();
     figures_.file_bytes = bytes;
@@ -303,17 +311,17 @@ class StoreThread final : public Store {
   const Clock::duration period_, patience_;
   const std::uint64_t epoch_;
 
-  mutable std::mutex mutex_;
+  mutable Mutex mutex_;
   std::condition_variable wake_, space_;
-  std::vector<Item> queue_;         // guarded by mutex_, as all down to figures_
-  std::uint64_t queued_bytes_ = 0;  // of queue_
-  bool durable_ = false;            // something in queue_ wants full sync
-  bool urgent_ = false;             // and somebody waits for it
-  bool commits_waiting_ = false;    // a generation is in queue_
-  Clock::time_point last_commit_{};
-  bool closing_ = false;
-  Status status_;
-  StoreFigures figures_;
+  std::vector<Item> queue_ GUARDED_BY(mutex_);
+  std::uint64_t queued_bytes_ GUARDED_BY(mutex_) = 0;  // of queue_
+  bool durable_ GUARDED_BY(mutex_) = false;            // something in queue_ wants full sync
+  bool urgent_ GUARDED_BY(mutex_) = false;             // and somebody waits for it
+  bool commits_waiting_ GUARDED_BY(mutex_) = false;    // a generation is in queue_
+  Clock::time_point last_commit_ GUARDED_BY(mutex_){};
+  bool closing_ GUARDED_BY(mutex_) = false;
+  Status status_ GUARDED_BY(mutex_);
+  StoreFigures figures_ GUARDED_BY(mutex_);
 
   std::unique_ptr<Writer> writer_;  // the store's thread's alone, with what follows
   bool failed_ = false;

@@ -75,19 +75,19 @@ Result<server::RunState> Runner::evolve(server::ServerOptions options, int slots
   auto run = LocalRun::create(std::move(options), slots);
   if (!run) return tl::unexpected(run.error());
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     under_way_ = run->get();
     if (stopped_) under_way_->stop();
   }
   auto state = (*run)->run([this](const server::GenerationReport& report) { progress_.generation(report); });
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   under_way_ = nullptr;
   return state;
 }
 
 void Runner::stop() {
   stopped_ = true;
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (under_way_ != nullptr) under_way_->stop();
 }
 

@@ -4,7 +4,6 @@
 #include <atomic>
 #include <filesystem>
 #include <functional>
-#include <mutex>
 #include <vector>
 
 #include "cli/local_run.h"
@@ -12,6 +11,7 @@
 #include "cli/study/measure.h"
 #include "cli/study/progress.h"
 #include "cli/study/study.h"
+#include "common/mutex.h"
 
 namespace evograsp::cli::study {
 
@@ -61,8 +61,8 @@ class Runner {
   StudyProgress& progress_;
   std::vector<Prepared> prepared_;
   std::atomic<bool> stopped_{false};
-  std::mutex mutex_;  // guards the next
-  LocalRun* under_way_ = nullptr;
+  Mutex mutex_;
+  LocalRun* under_way_ GUARDED_BY(mutex_) = nullptr;
 };
 
 }  // namespace evograsp::cli::study
