@@ -2,6 +2,7 @@
 #include <string>
 #include <unordered_set>
 
+#include "common/network.h"
 #include "neat/genome.h"
 #include "neat/topology.h"
 
@@ -10,6 +11,11 @@ namespace {
 
 tl::unexpected<Error> bad(const Genome& genome, const std::string& what) {
   return fail(ErrorCode::kInvalid, "genome " + std::to_string(genome.id()) + ": " + what);
+}
+
+// What a network may hold; false for NaN.
+bool within(float value) {
+  return std::fabs(value) <= Network::kMaxWeight;
 }
 
 Status check_nodes(const Genome& genome) {
@@ -25,7 +31,7 @@ Status check_nodes(const Genome& genome) {
   }
   for (std::uint32_t k = 0; k < genome.computed_nodes(); ++k) {
     if (static_cast<int>(genome.activation(k)) >= kActivations) return bad(genome, "unknown activation");
-    if (!std::isfinite(genome.bias(k))) return bad(genome, "a bias is not finite");
+    if (!within(genome.bias(k))) return bad(genome, "a bias is not within +-1048576");
   }
   return {};
 }
@@ -37,7 +43,7 @@ Status check_links(const Genome& genome) {
     const std::string name = "link " + std::to_string(link.innovation) + ": ";
     if (i > 0 && link.innovation <= genome.innovation(i - 1))
       return bad(genome, name + "innovations must ascend");
-    if (!std::isfinite(link.weight)) return bad(genome, name + "weight is not finite");
+    if (!within(link.weight)) return bad(genome, name + "weight is not within +-1048576");
     if (genome.node_place(link.target) >= genome.computed_nodes())
       return bad(genome, name + "no such target");
     if (link.source > genome.bias_node() && genome.node_place(link.source) >= genome.computed_nodes())

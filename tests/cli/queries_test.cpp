@@ -43,6 +43,10 @@ class StillRun final : public server::RunControl {
   }
   Status pause() override { return did("pause"); }
   Status resume() override { return did("resume"); }
+  Result<std::uint32_t> drain(const std::string& node, bool drained) override {
+    told.push_back((drained ? "drain " : "undrain ") + node);
+    return 1;
+  }
   Status stop() override { return did("stop"); }
   Status checkpoint() override { return did("checkpoint"); }
   std::string log_level() const override { return "info"; }

@@ -102,8 +102,9 @@ TEST(Network, ComputesWhatTheDefinitionSays) {
   Random random(1, Purpose::kTestHarness);
   for (int trial = 0; trial < 200; ++trial) {
     const bool recurrent = trial % 3 == 0;
-    proto::Network proto =
-        random_network(random, 1 + random.below(40), 3 + random.below(20), random.uniform(), recurrent);
+    const std::uint32_t inputs = 1 + random.below(40), nodes = 3 + random.below(20);
+    const double density = random.uniform();
+    proto::Network proto = random_network(random, inputs, nodes, density, recurrent);
     // Steps jump, and steep functions amplify rounding: leave those to the bit tests.
     for (int i = 0; i < proto.activation_size(); ++i)
       proto.set_activation(i, random.chance(0.5) ? proto::TANH : proto::GAUSSIAN);
@@ -121,10 +122,10 @@ TEST(Network, SingleBatchAndColumnsGiveTheSameBitsWithEveryInstructionSet) {
   Random random(2, Purpose::kTestHarness);
   for (int trial = 0; trial < 60; ++trial) {
     const bool recurrent = trial % 4 == 0;
-    const proto::Network proto =
-        random_network(random, 1 + random.below(330), 3 + random.below(40), random.uniform(), recurrent);
+    const std::uint32_t inputs = 1 + random.below(330), nodes = 3 + random.below(40);
+    const double density = random.uniform();
+    const proto::Network proto = random_network(random, inputs, nodes, density, recurrent);
     const Network network = compiled(proto);
-    const std::size_t inputs = proto.inputs();
     constexpr std::size_t kColumns = Network::kColumns, kCount = kColumns + 5;
     const std::vector<float> in = random_inputs(random, kCount * inputs);
     std::vector<std::uint32_t> first;
@@ -202,8 +203,8 @@ TEST(Network, ScratchMayServeNetworksOfAnySizeInAnyOrder) {
   Random random(5, Purpose::kTestHarness);
   Network::Scratch shared;
   for (int trial = 0; trial < 30; ++trial) {
-    const proto::Network proto =
-        random_network(random, 1 + random.below(100), 4 + random.below(50), 0.3, trial % 2 == 0);
+    const std::uint32_t inputs = 1 + random.below(100), nodes = 4 + random.below(50);
+    const proto::Network proto = random_network(random, inputs, nodes, 0.3, trial % 2 == 0);
     const Network network = compiled(proto);
     const std::vector<float> in = random_inputs(random, proto.inputs());
     std::vector<float> a(3), b(3);

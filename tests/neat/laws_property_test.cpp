@@ -77,7 +77,8 @@ TEST(Laws, GenomesStaySoundUnderEveryOperator) {
 TEST(Laws, OneInnovationMeansOneLinkWithinARun) {
   Random random(2, Purpose::kTestHarness);
   for (int trial = 0; trial < 10; ++trial) {
-    Population population = make(random_config(random), 4, 3, random.next());
+    const auto config = random_config(random);
+    Population population = make(config, 4, 3, random.next());
     std::map<std::uint32_t, std::pair<std::uint32_t, std::uint32_t>> meaning;
     for (int g = 0; g < 25; ++g) {
       for (const Genome& genome : population.ask())
@@ -141,8 +142,11 @@ TEST(Laws, AllotmentAlwaysSums) {
   Random random(6, Purpose::kTestHarness);
   for (int t = 0; t < 5000; ++t) {
     std::vector<double> shares(1 + random.below(40));
-    for (double& s : shares)
-      s = random.chance(0.3) ? 0 : std::ldexp(random.uniform(), static_cast<int>(random.below(200)) - 100);
+    for (double& s : shares) {
+      const double mantissa = random.uniform();
+      const int exponent = static_cast<int>(random.below(200)) - 100;
+      s = random.chance(0.3) ? 0 : std::ldexp(mantissa, exponent);
+    }
     const std::uint32_t total = random.below(2000);
     const auto parts = allot(shares, total);
     EXPECT_EQ(std::accumulate(parts.begin(), parts.end(), 0u), total);
