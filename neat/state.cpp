@@ -1,5 +1,7 @@
 // Storage of a population: proto/population.proto. What is read back may be damaged or strange: all is
 // checked.
+#include <google/protobuf/arena.h>
+
 #include <cmath>
 #include <string>
 
@@ -18,6 +20,7 @@ tl::unexpected<Error> bad(const std::string& what) {
 
 template <class Field, class Range>
 void append(Field* field, const Range& range) {
+  field->Reserve(static_cast<int>(range.size()));
   field->Add(range.begin(), range.end());
 }
 
@@ -140,7 +143,8 @@ Status restore_counters(const proto::PopulationState& proto, EvolutionState& sta
 
 std::string Population::save() const {
   const EvolutionState& state = *state_;
-  proto::PopulationState proto;
+  google::protobuf::Arena arena;
+  proto::PopulationState& proto = *google::protobuf::Arena::CreateMessage<proto::PopulationState>(&arena);
   proto.set_version(kVersion);
   proto.set_inputs(state.inputs);
   proto.set_outputs(state.outputs);

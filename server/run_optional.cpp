@@ -59,6 +59,7 @@ Result<std::vector<Judgement>> RunLoop::judge_candidates(const std::vector<BestR
 // Fitness of those that race on is the mean over all the trials they had.
 Status RunLoop::race(std::vector<Judgement>& judgements) {
   const proto::RaceConfig& config = config_.race();
+  if (config.rounds() == 0) return {};
   std::vector<std::vector<double>> scores;
   for (const Judgement& judgement : judgements) scores.push_back(judgement.scores);
   std::vector<std::uint32_t> racing;

@@ -127,7 +127,10 @@ bool Scheduler::full(const Worker& worker) const {
 
 std::uint32_t Scheduler::task_trials(const Worker& worker) const {
   const double each = cost(worker);
-  const double guided = static_cast<double>(trials_pending_) / (std::max(1U, total_slots_) * kShare);
+  // Of a generation that is still being handed out, only what is here can be spread.
+  const auto here =
+      static_cast<double>(std::min<std::uint64_t>(trials_pending_, queue_.size() * std::uint64_t{trials_}));
+  const double guided = here / (std::max(1U, total_slots_) * kShare);
   const double most = options_.task_seconds / each;
   const double least = kSmallestTask / each;
   return static_cast<std::uint32_t>(std::clamp(std::max(least, std::min(guided, most)), 1.0, kMaxTaskTrials));
