@@ -36,7 +36,9 @@ ProgressStyle progress_style(std::FILE* out) {
 std::string duration(double seconds) {
   const auto whole = static_cast<long long>(std::max(0.0, seconds) + 0.5);
   char text[48];
-  if (whole < 60) {
+  if (seconds < 9.95) {
+    std::snprintf(text, sizeof text, "%.1f s", std::max(0.0, seconds));
+  } else if (whole < 60) {
     std::snprintf(text, sizeof text, "%lld s", whole);
   } else if (whole < 3600) {
     std::snprintf(text, sizeof text, "%lld:%02lld min", whole / 60, whole % 60);

@@ -35,7 +35,7 @@ void DispatchLoop::on_step_request(const std::string& peer, Client& client, prot
     if (able && (chosen == nullptr || scheduler_.outstanding(id) < scheduler_.outstanding(chosen->id)))
       chosen = session;
   }
-  if (chosen == nullptr) return step_error(peer, request.id(), "no worker is connected");
+  if (chosen == nullptr) return refuse(peer, "no worker is connected: start one, then ask again", true);
   if (request.has_shuffle()) client.seed = request.shuffle().seed();
   if (request.has_get_info()) client.target = request.get_info().target();
   request.set_client(client.id);
@@ -48,7 +48,7 @@ void DispatchLoop::on_step_request(const std::string& peer, Client& client, prot
   *envelope.mutable_step_request() = std::move(request);
   if (send(router_, chosen->peer, envelope) == SendResult::kSent) return;
   client.worker = 0;
-  step_error(peer, client.pending, "the worker cannot be reached: ask again");
+  refuse(peer, "the worker cannot be reached: ask again", true);
 }
 
 void DispatchLoop::on_step_reply(const Session& session, proto::StepReply reply) {
@@ -74,7 +74,7 @@ void DispatchLoop::fail_steps_of(WorkerId worker) {
   for (auto& [peer, client] : clients_) {
     if (client.worker != worker) continue;
     client.worker = 0;
-    step_error(peer, client.pending, "the worker went away: ask again");
+    refuse(peer, "the worker went away: ask again", true);
   }
 }
 

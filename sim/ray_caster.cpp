@@ -83,6 +83,12 @@ PosedScene::PosedScene(const RayCaster& caster, std::span<const Pose> X_WB,
                        1 / s,
                        {X_WB[i] * Vec3(s * ball.centre), s * ball.radius + 1e-9}});
   }
+  for (const Placed& placed : placed_)
+    all_W_.centre += placed.ball_W.centre / static_cast<double>(placed_.size());
+  for (const Placed& placed : placed_) {
+    const Vec3 d = placed.ball_W.centre - all_W_.centre;
+    all_W_.radius = std::max(all_W_.radius, std::sqrt(dot(d, d)) + placed.ball_W.radius + 1e-9);
+  }
 }
 
 Ray PosedScene::to_body(const Ray& ray_W, std::size_t i) const {
@@ -104,6 +110,7 @@ Hit PosedScene::meets_table(const Ray& ray_W, double t_min, double t_max) const 
 
 Hit PosedScene::cast(const Ray& ray_W, double t_min, double t_max) const {
   Hit hit = meets_table(ray_W, t_min, t_max);
+  if (!all_W_.touches(ray_W)) return hit;
   for (std::size_t i = 0; i < placed_.size(); ++i) {
     if (!placed_[i].ball_W.touches(ray_W)) continue;
     const RayBody& body = caster_->bodies()[static_cast<std::size_t>(placed_[i].index)];
@@ -114,7 +121,8 @@ Hit PosedScene::cast(const Ray& ray_W, double t_min, double t_max) const {
 }
 
 bool PosedScene::blocked(const Ray& ray_W, double t_min, double t_max) const {
-  for (std::size_t i = 0; i < placed_.size(); ++i) {
+  const bool near_any = all_W_.touches(ray_W);
+  for (std::size_t i = 0; near_any && i < placed_.size(); ++i) {
     if (!placed_[i].ball_W.touches(ray_W)) continue;
     double t = t_max;
     if (caster_->bodies()[static_cast<std::size_t>(placed_[i].index)].enter(to_body(ray_W, i), t_min, &t) >=

@@ -94,6 +94,7 @@ class PosedScene {
   };
   const RayCaster* caster_;
   std::vector<Placed> placed_;
+  BoundingBall all_W_;  // around them all
 };
 
 }  // namespace evograsp::sim

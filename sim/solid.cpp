@@ -83,8 +83,7 @@ bool BoundingBall::touches(const Ray& ray) const {
   const Vec3 o = ray.origin - centre;
   const double a = dot(ray.direction, ray.direction);
   const double b = dot(o, ray.direction);
-  const Vec3 p = o - (b / a) * ray.direction;
-  return dot(p, p) <= radius * radius;
+  return (dot(o, o) - radius * radius) * a <= b * b;
 }
 
 Result<Solid> Solid::create(const proto::ConvexPart& part) {

@@ -112,11 +112,12 @@ TEST(Progress, SaysEverythingInOneLine) {
 }
 
 TEST(Duration, ReadsLikeAClock) {
-  EXPECT_EQ(duration(0.4), "0 s");
+  EXPECT_EQ(duration(0.44), "0.4 s");
+  EXPECT_EQ(duration(9.96), "10 s");
   EXPECT_EQ(duration(59.4), "59 s");
   EXPECT_EQ(duration(59.6), "1:00 min");
   EXPECT_EQ(duration(3 * 3600 + 5 * 60), "3:05 h");
-  EXPECT_EQ(duration(-5), "0 s");
+  EXPECT_EQ(duration(-5), "0.0 s");
 }
 
 TEST(WithCommas, GroupsThousands) {

@@ -7,7 +7,7 @@ source "$(dirname "$0")/lib.sh"
 master=$!
 endpoint=$(wait_for_endpoint server.err)
 
-expect 3 "$evograsp" sim --connect "$endpoint" --seed 1
+expect 6 "$evograsp" sim --connect "$endpoint" --seed 1
 grep -q 'no worker' err || fail "no word that a worker is missing: $(cat err)"
 
 "$worker" --connect "$endpoint" --slots 1 >/dev/null 2>worker.err &
