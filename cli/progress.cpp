@@ -59,11 +59,13 @@ Progress::Progress(ProgressStyle style, std::uint32_t generations, std::FILE* ou
     : style_(style), generations_(generations), out_(out), last_line_(Clock::now()) {}
 
 std::string Progress::line(const server::GenerationReport& report, std::uint32_t generations,
-                           double trials_a_second, double seconds_left, int bar_width) {
+                           double trials_a_second, double seconds_left, int bar_width, bool mean) {
   const std::uint32_t done = report.generation + 1;
+  char average[40] = "";
+  if (mean) std::snprintf(average, sizeof average, "  mean %.3f", report.mean);
   char text[200];
-  std::snprintf(text, sizeof text, "  best %.3f  mean %.3f  species %u  %s trials/s  %s left", report.best,
-                report.mean, report.species, with_commas(static_cast<std::uint64_t>(trials_a_second)).c_str(),
+  std::snprintf(text, sizeof text, "  best %.3f%s  species %u  %s trials/s  %s left", report.best, average,
+                report.species, with_commas(static_cast<std::uint64_t>(trials_a_second)).c_str(),
                 duration(seconds_left).c_str());
   const std::string count = std::to_string(done) + "/" + std::to_string(generations);
   const std::string shown =
@@ -95,8 +97,11 @@ void Progress::show(const server::GenerationReport& report) {
   last_line_ = now;
   std::string text = line(report, generations_, trials / span, left, 0);
   if (bar) {
-    // A line that wraps could not be drawn over: the bar gives way first, then what stands last.
+    // A line that wraps could not be drawn over: the bar gives way first, then the mean, then what stands
+    // last.
     const int columns = terminal_size(out_).columns - 1;
+    if (static_cast<int>(text.size()) > columns)
+      text = line(report, generations_, trials / span, left, 0, false);
     const int room = std::min(kBarWidth, columns - 1 - static_cast<int>(text.size()));
     if (room >= kLeastBar) text = line(report, generations_, trials / span, left, room);
     text = cut(text, columns);

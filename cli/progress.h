@@ -25,9 +25,10 @@ class Progress {
   // Leaves the line as it is and goes to the next.
   void finish();
 
-  // The line for a report: what show() writes, without the bar's colours and cursor movements.
+  // The line for a report: what show() writes, without the bar's colours and cursor movements; `mean`: with
+  // the population's mean fitness.
   static std::string line(const server::GenerationReport& report, std::uint32_t generations,
-                          double trials_a_second, double seconds_left, int bar_width);
+                          double trials_a_second, double seconds_left, int bar_width, bool mean = true);
 
  private:
   using Clock = std::chrono::steady_clock;

@@ -122,7 +122,8 @@ std::string status_text(const View& view) {
   if (!over(run))
     put(out, "workers",
         std::to_string(count_in(workers, "active")) + " with " + std::to_string(count_in(workers, "slots")) +
-            " slots, " + std::to_string(count_in(workers, "busy")) + " busy" + hint_text(workers));
+            (count_in(workers, "slots") == 1 ? " slot, " : " slots, ") +
+            std::to_string(count_in(workers, "busy")) + " busy" + hint_text(workers));
   const json& champion = run["champion"];
   put(out, "champion",
       champion.value("chosen", false)      ? "chosen on fresh placements"

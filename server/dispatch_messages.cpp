@@ -122,9 +122,9 @@ void DispatchLoop::on_hello(const Received& message) {
   scheduler_.set_active(session->id, false);  // until its simulator stands
   by_id_[session->id] = session.get();
   sink_.worker(view);
-  sink_.event(
-      false, "worker_joined",
-      "worker " + view.identity + " on " + view.host + " with " + std::to_string(view.slots) + " slots");
+  sink_.event(false, "worker_joined",
+              "worker " + view.identity + " on " + view.host + " with " + std::to_string(view.slots) +
+                  (view.slots == 1 ? " slot" : " slots"));
   follow_drain(*session);
   sessions_[peer] = std::move(session);
   welcome(peer);

@@ -108,6 +108,8 @@ TEST(Progress, SaysEverythingInOneLine) {
   report.species = 9;
   EXPECT_EQ(Progress::line(report, 100, 5210.7, 75, 0),
             "generation 37/100  best 0.912  mean 0.500  species 9  5,210 trials/s  1:15 min left");
+  EXPECT_EQ(Progress::line(report, 100, 5210.7, 75, 0, false),
+            "generation 37/100  best 0.912  species 9  5,210 trials/s  1:15 min left");
   EXPECT_THAT(Progress::line(report, 37, 1, 0, 4), HasSubstr(" ████ "));
 }
 
