@@ -86,6 +86,28 @@ void check_neat(const proto::NeatConfig& neat, const Complain& complain) {
   }
 }
 
+void check_archive(const proto::NeatConfig& neat, const Complain& complain) {
+  if (!neat.has_archive()) return;
+  const proto::ArchiveConfig& archive = neat.archive();
+  const auto check_axis = [&](const char* name, const proto::ArchiveAxis& axis) {
+    const std::string key = std::string("neat.archive.") + name;
+    if (axis.has_low() != axis.has_high())
+      complain(key, "low and high are given together, or neither");
+    else if (axis.has_low() && !(axis.low() < axis.high()))
+      complain(key + ".high", "must lie above low");
+  };
+  check_axis("x", archive.x());
+  check_axis("y", archive.y());
+  if (archive.x().of() == archive.y().of())
+    complain("neat.archive.y.of", "is the measure of x, too: two different ones span a map");
+  if (archive.children() + archive.again() > 1)
+    complain("neat.archive.children", "and again are shares of the population: at most 1 together");
+  constexpr std::uint32_t kMostCompared = 20'000;
+  if (archive.kind() == proto::NOVELTY && neat.population() > kMostCompared)
+    complain("neat.population", "novelty compares all with all: with it at most " +
+                                    std::to_string(kMostCompared) + " genomes");
+}
+
 // What a substrate must share with the camera and the hand.
 void check_hyperneat(const proto::Config& config, const Complain& complain) {
   if (!config.neat().has_hyperneat()) return;
@@ -129,6 +151,7 @@ void check_config(const proto::Config& config, const Complain& complain) {
   check_camera(config.camera(), complain);
   check_fitness(config.fitness(), complain);
   check_neat(config.neat(), complain);
+  check_archive(config.neat(), complain);
   check_hyperneat(config, complain);
   check_net(config.net(), complain);
 }

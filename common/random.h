@@ -21,6 +21,7 @@ enum class Purpose : std::uint32_t {
   kTest = 10,       // placements that judge it
   kAudit = 11,
   kLifts = 12,          // placements on which a generation's best are lifted
+  kArchive = 13,        // one stream a child of elites
   kTestHarness = 1000,  // tests and benchmarks only
 };
 

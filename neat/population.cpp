@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "neat/elites.h"
 #include "neat/express.h"
 #include "neat/population_state.h"
 #include "neat/reproduction.h"
@@ -36,22 +37,28 @@ Status check_config(const proto::NeatConfig& config, int inputs, int outputs) {
   for (const double x : {config.c1_excess(), config.c2_disjoint(), config.c3_weight(), config.threshold()})
     if (!(x >= 0 && std::isfinite(x))) return bad("c1, c2, c3 and threshold must not be negative");
   if (!(config.survival() > 0 && config.survival() <= 1)) return bad("survival must be above 0, at most 1");
+  if (config.archive().kind() == proto::NOVELTY && config.has_archive() && config.population() > 20'000)
+    return bad("archive: novelty compares all with all; population must be at most 20000");
+  if (config.archive().children() + config.archive().again() > 1)
+    return bad("archive: children and again are shares of the population: at most 1 together");
   return {};
 }
 
-// Ranks members, notes ages and improvements, and says what there was.
-void judge(const Ranking& ranking, std::vector<Species>& species, std::vector<SpeciesSummary>& judged) {
+// Ranks members for selection, notes ages and improvements in fitness, and says what there was.
+void judge(const Ranking& fitness, const Ranking& selection, std::vector<Species>& species,
+           std::vector<SpeciesSummary>& judged) {
   judged.clear();
   for (Species& s : species) {
-    std::sort(s.members.begin(), s.members.end(), [&](auto a, auto b) { return ranking.better(a, b); });
-    const double best = ranking.fitness(s.members.front());
+    std::sort(s.members.begin(), s.members.end(), [&](auto a, auto b) { return selection.better(a, b); });
+    double best = fitness.fitness(s.members.front());
+    for (const std::uint32_t i : s.members) best = std::max(best, fitness.fitness(i));
     ++s.age;
     if (s.age == 1 || best > s.best) {
       s.best = best;
       s.improved = s.age;
     }
     double sum = 0;
-    for (const std::uint32_t i : s.members) sum += ranking.fitness(i);
+    for (const std::uint32_t i : s.members) sum += fitness.fitness(i);
     const auto size = static_cast<std::uint32_t>(s.members.size());
     judged.push_back({s.id, s.age, s.improved, size, best, sum / size});
   }
@@ -129,7 +136,7 @@ Result<std::unique_ptr<EvolutionState>> EvolutionState::make(const proto::NeatCo
   const std::uint32_t innovation = first_free_innovation(config, *start);
   const std::uint32_t node = start->first_hidden() + start->hidden;
   const std::uint32_t target = std::min(config.target_species(), config.population() / 2);
-  return std::unique_ptr<EvolutionState>(
+  auto state = std::unique_ptr<EvolutionState>(
       new EvolutionState{.config = config,
                          .inputs = static_cast<std::uint32_t>(inputs),
                          .outputs = static_cast<std::uint32_t>(outputs),
@@ -141,6 +148,8 @@ Result<std::unique_ptr<EvolutionState>> EvolutionState::make(const proto::NeatCo
                          .previous = {},
                          .species = {},
                          .judged = {}});
+  if (config.has_archive()) state->archive.emplace(config.archive());
+  return state;
 }
 
 Result<Population> Population::create(const proto::NeatConfig& config, int inputs, int outputs,
@@ -175,6 +184,9 @@ const std::vector<SpeciesSummary>& Population::species() const {
 double Population::threshold() const {
   return state_->speciation.threshold();
 }
+const Archive* Population::archive() const {
+  return state_->archive ? &*state_->archive : nullptr;
+}
 
 std::vector<std::vector<std::uint32_t>> Population::members() const {
   std::vector<std::vector<std::uint32_t>> result;
@@ -182,34 +194,62 @@ std::vector<std::vector<std::uint32_t>> Population::members() const {
   return result;
 }
 
-void Population::tell(std::span<const double> fitness) {
+// What selection goes by, if that is not fitness alone.
+std::optional<Ranking> EvolutionState::look_about(std::span<const double> fitness,
+                                                  std::span<const Behaviour> given) {
+  if (!archive) return std::nullopt;
+  std::vector<Behaviour> behaviour(given.begin(), given.end());
+  behaviour.resize(genomes.size());  // nothing is known of the others
+  for (Behaviour& b : behaviour)
+    if (b.known()) b = {std::clamp(b.x, 0.0, 1.0), std::clamp(b.y, 0.0, 1.0)};
+  archive->add(generation, genomes, fitness, behaviour);
+  if (config.archive().kind() != proto::NOVELTY) return std::nullopt;
+  const std::vector<double> novelty = archive->novelty(behaviour);
+  archive->remember(behaviour, novelty);
+  return Ranking(selection_scores(fitness, novelty, config.archive().weight()));
+}
+
+// Of each species, by the shares; none has all, and the best keeps a place.
+std::vector<std::uint32_t> EvolutionState::share_out(const Ranking& fitness, const Ranking& selection,
+                                                     std::uint32_t places) {
+  const std::size_t leader = best_species(species, selection);
+  std::vector<double> share = shares(species, selection, config, leader);
+  const double best_fitness = fitness.fitness(fitness.best());
+  if (generation == 0 || best_fitness > best) {
+    best = best_fitness;
+    best_generation = generation;
+  } else if (config.refocus_age() > 0 && generation - best_generation > config.refocus_age() &&
+             species.size() > 2) {
+    share = top_two(species, selection, leader);
+    best_generation = generation;
+  }
+  std::vector<std::uint32_t> children = allot(share, places);
+  if (children[leader] == 0 && places > 0) {  // shared away: the best species keeps a place all the same
+    --*std::max_element(children.begin(), children.end());
+    ++children[leader];
+  }
+  return children;
+}
+
+void Population::tell(std::span<const double> fitness, std::span<const Behaviour> behaviour) {
   EvolutionState& state = *state_;
   std::vector<double> told(fitness.begin(), fitness.end());
   told.resize(state.genomes.size(), std::nan(""));  // a genome nobody judged is among the worst
   const Ranking ranking(told);
-  judge(ranking, state.species, state.judged);
-  const std::size_t best = best_species(state.species, ranking);
+  const std::optional<Ranking> other = state.look_about(told, behaviour);
+  const Ranking& selection = other ? *other : ranking;
+  judge(ranking, selection, state.species, state.judged);
 
-  std::vector<double> share = shares(state.species, ranking, state.config, best);
-  const double best_fitness = ranking.fitness(ranking.best());
-  if (state.generation == 0 || best_fitness > state.best) {
-    state.best = best_fitness;
-    state.best_generation = state.generation;
-  } else if (state.config.refocus_age() > 0 &&
-             state.generation - state.best_generation > state.config.refocus_age() &&
-             state.species.size() > 2) {
-    share = top_two(state.species, ranking, best);
-    state.best_generation = state.generation;
-  }
-  std::vector<std::uint32_t> children = allot(share, static_cast<std::uint32_t>(told.size()));
-  if (children[best] == 0) {  // shared away: the best species keeps a place all the same
-    --*std::max_element(children.begin(), children.end());
-    ++children[best];
-  }
-
+  const ElitePlaces elites = elite_places(state.archive, state.config);
+  const auto places = static_cast<std::uint32_t>(told.size()) - elites.again - elites.children;
+  const std::vector<std::uint32_t> children = state.share_out(ranking, selection, places);
   state.previous.resize(state.genomes.size());
-  reproduce({state.genomes, state.species, ranking, children}, state.config, state.run_seed, state.generation,
-            state.innovations, state.next_genome, state.previous);
+  const std::span<Genome> next = state.previous;
+  reproduce({state.genomes, state.species, selection, children}, state.config, state.run_seed,
+            state.generation, state.innovations, state.next_genome, next.first(places));
+  if (elites.again + elites.children > 0)
+    reproduce_elites(*state.archive, elites, state.config, state.run_seed, state.generation,
+                     state.innovations, state.next_genome, next, places);
   std::swap(state.genomes, state.previous);
 
   // A random genome of each species of the old generation stands for it in the new one (section 3.3).

@@ -11,6 +11,7 @@
 
 #include "common/network.h"
 #include "common/result.h"
+#include "neat/archive.h"
 #include "neat/genome.h"
 #include "proto/config.pb.h"
 #include "proto/genome.pb.h"
@@ -47,12 +48,15 @@ class Population {
   std::span<const Genome> ask() const;
   // fitness[i] belongs to ask()[i]; NaN and infinities count as the worst. Makes the next generation: ranks,
   // drops stagnant species (the best one never), shares fitness, allots children, breeds, sorts into species.
-  void tell(std::span<const double> fitness);
+  // With config.archive, behaviour[i] is what ask()[i] did: see archive.h and docs/NEAT.md for what it changes.
+  // Without, it is not looked at.
+  void tell(std::span<const double> fitness, std::span<const Behaviour> behaviour = {});
   // Of the population that the last tell() judged, by id.
   const std::vector<SpeciesSummary>& species() const;
   // Index into ask() of each member, by species, as the genomes now stand.
   std::vector<std::vector<std::uint32_t>> members() const;
   double threshold() const;
+  const Archive* archive() const;  // null without config.archive
 
  private:
   // Storage and evolution share the inside (population_state.h).

@@ -1,8 +1,12 @@
 // The inside of a Population: shared by its evolution (population.cpp) and its storage (state.cpp).
 #pragma once
 
+#include <optional>
+
+#include "neat/archive.h"
 #include "neat/innovation.h"
 #include "neat/population.h"
+#include "neat/reproduction.h"
 #include "neat/species.h"
 
 namespace evograsp::neat {
@@ -23,6 +27,12 @@ struct EvolutionState {
   std::vector<Genome> genomes, previous;  // previous: storage for the next generation
   std::vector<Species> species;
   std::vector<SpeciesSummary> judged;
+  std::optional<Archive> archive = {};  // with config.archive
+
+  // tell(), in parts: population.cpp.
+  std::optional<Ranking> look_about(std::span<const double> fitness, std::span<const Behaviour> behaviour);
+  std::vector<std::uint32_t> share_out(const Ranking& fitness, const Ranking& selection,
+                                       std::uint32_t places);
 
   // Everything but genomes and species. kInvalid as create().
   static Result<std::unique_ptr<EvolutionState>> make(const proto::NeatConfig& config, int inputs,

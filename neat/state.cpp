@@ -120,6 +120,41 @@ Status restore_species(const proto::PopulationState& proto, EvolutionState& stat
   return {};
 }
 
+void store(const Archive& archive, proto::ArchiveState& proto) {
+  for (const auto& [cell, elite] : archive.elites()) {
+    proto::EliteState& p = *proto.add_elite();
+    p.set_cell(cell);
+    store(elite.genome, *p.mutable_genome());
+    p.set_generation(elite.generation);
+    p.set_judged(elite.judged);
+    p.set_fitness(elite.fitness_sum);
+    p.set_x(elite.x_sum);
+    p.set_y(elite.y_sum);
+  }
+  for (const Behaviour& b : archive.memory()) {
+    proto.add_memory(b.x);
+    proto.add_memory(b.y);
+  }
+}
+
+Status restore_archive(const proto::PopulationState& proto, EvolutionState& state) {
+  if (proto.has_archive() != state.archive.has_value())
+    return bad("it was made with another neat.archive than the config's");
+  for (const proto::EliteState& p : proto.archive().elite()) {
+    Result<Genome> genome = restore(p.genome(), state);
+    if (!genome) return tl::unexpected(genome.error());
+    if (p.generation() > proto.generation()) return bad("an elite is not born yet");
+    Elite elite{std::move(*genome), p.generation(), p.judged(), p.fitness(), p.x(), p.y()};
+    if (Status s = state.archive->restore_elite(p.cell(), std::move(elite)); !s) return s;
+  }
+  if (proto.archive().memory_size() % 2 != 0) return bad("its memory of what was novel cannot be");
+  for (int i = 0; i < proto.archive().memory_size(); i += 2)
+    if (Status s = state.archive->restore_memory({proto.archive().memory(i), proto.archive().memory(i + 1)});
+        !s)
+      return s;
+  return {};
+}
+
 Status restore_counters(const proto::PopulationState& proto, EvolutionState& state) {
   if (proto.start_links() != state.start->links() ||
       proto.genome_size() != static_cast<int>(state.config.population()))
@@ -176,6 +211,7 @@ std::string Population::save() const {
     p.set_best(s.best);
     p.set_mean(s.mean);
   }
+  if (state.archive) store(*state.archive, *proto.mutable_archive());
   return deterministic_bytes(proto);
 }
 
@@ -198,6 +234,7 @@ Result<Population> Population::load(const proto::NeatConfig& config, std::string
     state.genomes.push_back(std::move(*genome));
   }
   if (Status s = restore_species(proto, state); !s) return tl::unexpected(s.error());
+  if (Status s = restore_archive(proto, state); !s) return tl::unexpected(s.error());
   return Population(std::move(*made));
 }
 

@@ -19,12 +19,13 @@ std::chrono::steady_clock::time_point after(double seconds) {
 }  // namespace
 
 void Gather::begin(Kind kind, std::uint32_t generation, std::vector<Item> items,
-                   std::vector<proto::TrialKey> trials) {
+                   std::vector<proto::TrialKey> trials, std::string stage) {
   const MutexLock lock(mutex_);
   kind_ = kind;
   generation_ = generation;
   items_ = std::move(items);
   keys_ = std::move(trials);
+  stage_ = std::move(stage);
   judgements_.assign(items_.size(), {});
   judged_ = 0;
   without_trials_ = 0;
@@ -39,6 +40,7 @@ Judgement Gather::judge(std::span<const proto::Measurement> measurements) const 
       static_cast<std::uint32_t>(std::count_if(measurements.begin(), measurements.end(), score::success));
   judgement.lifts =
       static_cast<std::uint32_t>(std::count_if(measurements.begin(), measurements.end(), score::held));
+  if (map_) judgement.place = map_->place(measurements);
   judgement.judged = true;
   return judgement;
 }
@@ -63,6 +65,7 @@ Evaluation Gather::blank(std::uint32_t network) const {
   Evaluation evaluation;
   evaluation.generation = generation_;
   evaluation.genome = items_[pending_[network]].genome;
+  evaluation.stage = stage_;
   return evaluation;
 }
 
@@ -128,7 +131,7 @@ void Gather::retracted(const std::vector<std::uint32_t>& networks) {
     judgements_[index] = {};
   }
   evaluations_ -= genomes.size();
-  if (kind_ == Kind::kGeneration) store_.forget_evaluations(generation_, std::move(genomes));
+  if (kind_ == Kind::kGeneration) store_.forget_evaluations(generation_, stage_, std::move(genomes));
 }
 
 void Gather::finished() {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/mutex.h"
+#include "score/grasp_measure.h"
 #include "score/score.h"
 #include "server/store.h"
 #include "server/work.h"
@@ -24,21 +25,24 @@ struct Judgement {
   bool judged = false;
   std::uint32_t lifts = 0;     // that held
   std::vector<double> scores;  // fitness of each trial
+  std::array<double, 2> place{};  // on the map of grasps, if there is one
 };
 
 // Thread-safe.
 class Gather : public WorkSink {
  public:
-  Gather(const score::Scorer& scorer, Store& store) : scorer_(scorer), store_(store) {}
+  // map: of runs with an archive.
+  Gather(const score::Scorer& scorer, Store& store, std::optional<score::GraspMap> map = {})
+      : scorer_(scorer), store_(store), map_(map) {}
 
-  enum class Kind { kGeneration, kValidation, kOptional };  // kept: measurements, judgements, nothing
+  enum class Kind { kGeneration, kValidation };  // kept: measurements, judgements
   struct Item {
     std::uint64_t genome = 0;
     std::uint32_t generation = 0;  // that bred it
   };
-  // Before new work: forgets the old. trials: the plan's.
+  // Before new work: forgets the old. trials: the plan's; stage: of optional ones (Evaluation.stage).
   void begin(Kind kind, std::uint32_t generation, std::vector<Item> items,
-             std::vector<proto::TrialKey> trials);
+             std::vector<proto::TrialKey> trials, std::string stage = {});
   // Work that need not be done again; the same as evaluated(), without a journal entry.
   void already(std::uint32_t index, const Judgement& judgement);
   Judgement judge(std::span<const proto::Measurement> measurements) const;
@@ -73,10 +77,12 @@ class Gather : public WorkSink {
 
   const score::Scorer& scorer_;
   Store& store_;
+  const std::optional<score::GraspMap> map_;
 
   // What the work is. Written while no work is out; then both threads only read it.
   Kind kind_ = Kind::kGeneration;
   std::uint32_t generation_ = 0;
+  std::string stage_;
   std::vector<Item> items_;
   std::vector<std::uint32_t> pending_;  // item of each of the dispatcher's networks
   std::vector<proto::TrialKey> keys_;

@@ -32,9 +32,12 @@ RunLoop::RunLoop(const ResumePoint& start, neat::Population population, Store& s
       population_(std::move(population)),
       expressor_(config_.neat()),
       journalled_(start.evaluations),
+      decided_rounds_(start.rounds),
       validated_(start.validations),
       bests_(start.bests.begin(), start.bests.end()),
       judged_generations_(start.generation) {
+  for (const Evaluation& e : start.optional)
+    journalled_optional_[{e.generation, e.stage, e.genome}] = e.measurements;
   position_.generation = start.generation;
   if (start.history.empty()) return;
   const GenerationRecord& last = start.history.back();
@@ -84,6 +87,7 @@ bool RunLoop::evolved() const {
 Status RunLoop::evolve_one(bool resumed) {
   const std::uint32_t generation = population_.generation();
   const TrialPlan plan = plan_generation(config_, generation);
+  generation_start_ = std::chrono::steady_clock::now();
   const auto genomes = population_.ask();
   position_.generation = generation;
   position_.wanted = static_cast<std::uint32_t>(genomes.size());
@@ -156,7 +160,11 @@ Status RunLoop::hand_out(const std::vector<std::uint32_t>& pending, Work work) {
 
 void RunLoop::judge_generation(const TrialPlan& plan, const std::vector<Judgement>& judgements) {
   std::vector<double> fitness;
-  for (const Judgement& judgement : judgements) fitness.push_back(judgement.fitness);
+  std::vector<neat::Behaviour> behaviour;
+  for (const Judgement& judgement : judgements) {
+    fitness.push_back(judgement.fitness);
+    behaviour.push_back({judgement.place[0], judgement.place[1]});
+  }
   GenerationRecord record = describe(fitness);
   BestRecord best = best_of(fitness);
   record.best_genome = best.genome;
@@ -164,7 +172,7 @@ void RunLoop::judge_generation(const TrialPlan& plan, const std::vector<Judgemen
   trials_ += fitness.size() * plan.trials.size();
   record.evaluations = evaluations_;
   record.trials = trials_;
-  population_.tell(fitness);
+  population_.tell(fitness, behaviour);
   record.species = static_cast<std::uint32_t>(population_.species().size());
   record.threshold = population_.threshold();
   record.seconds = seconds();
@@ -173,6 +181,7 @@ void RunLoop::judge_generation(const TrialPlan& plan, const std::vector<Judgemen
   bests_.push_back(best);
   while (bests_.size() > config_.champion().candidates()) bests_.pop_front();
   judged_ = Committed{std::move(record), std::move(best), population_.species(), {}};
+  describe_elites(*judged_);
 }
 
 BestRecord RunLoop::best_of(const std::vector<double>& fitness) const {
@@ -215,6 +224,8 @@ void RunLoop::commit_judged() {
   commit.species = entry.species;
   commit.best = entry.best;
   commit.population = population_.save();
+  commit.elites = std::move(entry.elites);
+  commit.emptied = std::move(entry.emptied);
   {
     const MutexLock lock(mutex_);
     ++committing_;

@@ -15,8 +15,10 @@
 #include <cmath>
 #include <deque>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "common/mutex.h"
@@ -75,7 +77,12 @@ class RunLoop {
     BestRecord best;
     std::vector<neat::SpeciesSummary> species;
     Status status;
+    std::vector<EliteRecord> elites = {};
+    std::vector<std::uint32_t> emptied = {};
   };
+
+  // Of optional trials, journalled: generation, stage, genome -> measurements.
+  using Journalled = std::map<std::tuple<std::uint32_t, std::string, std::uint64_t>, std::string>;
 
   bool evolved() const;
   Status evolve_one(bool resumed);
@@ -83,6 +90,7 @@ class RunLoop {
   void take_journalled();
   void judge_generation(const TrialPlan& plan, const std::vector<Judgement>& judgements);
   BestRecord best_of(const std::vector<double>& fitness) const;
+  void describe_elites(Committed& entry);
   GenerationRecord describe(const std::vector<double>& fitness) const;
   void commit_judged();
   Result<std::vector<Judgement>> try_again(const std::vector<std::uint32_t>& genomes, const TrialPlan& plan,
@@ -90,6 +98,9 @@ class RunLoop {
   Result<std::vector<Judgement>> judge_candidates(const std::vector<BestRecord>& candidates,
                                                   const TrialPlan& plan, std::uint32_t generation,
                                                   bool lifts);
+  void take_journalled_optional(const std::vector<BestRecord>& candidates, const TrialPlan& plan,
+                                std::uint32_t generation);
+  bool round_is_due(std::uint32_t round, std::optional<std::uint32_t> decided) const;
   Status race(std::vector<Judgement>& judgements);
   Status lift_best(std::vector<Judgement>& judgements);
   Status validate();
@@ -116,6 +127,9 @@ class RunLoop {
   neat::Expressor expressor_;
   std::vector<std::string> networks_;        // serialised, of the generation being evaluated
   std::vector<Evaluation> journalled_;       // of the generation that was interrupted
+  Journalled journalled_optional_;
+  std::optional<std::uint32_t> decided_rounds_;  // of its race
+  std::chrono::steady_clock::time_point generation_start_{};
   std::vector<ValidationRecord> validated_;  // before the interruption
   std::deque<BestRecord> bests_;             // of the last champion.candidates generations
   std::optional<Committed> judged_;          // to be committed

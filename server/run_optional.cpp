@@ -1,6 +1,6 @@
 // Trials beyond the mandatory ones: more grasps for the candidates that still race, lifts for the best.
 //
-// They are not journalled: a server that is interrupted among them repeats those of the generation at hand.
+// They are journalled like the mandatory ones, each under its stage.
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -35,25 +35,50 @@ Result<std::vector<Judgement>> RunLoop::judge_candidates(const std::vector<BestR
                                                          const TrialPlan& plan, std::uint32_t generation,
                                                          bool lifts) {
   std::vector<Gather::Item> items;
+  for (const BestRecord& candidate : candidates) items.push_back({candidate.genome, candidate.generation});
+  gather_.begin(Gather::Kind::kGeneration, generation, std::move(items), plan.trials, plan.stage);
+  take_journalled_optional(candidates, plan, generation);
   std::vector<NetworkFrame> frames;
-  for (const BestRecord& candidate : candidates) {
-    items.push_back({candidate.genome, candidate.generation});
-    frames.push_back({candidate.genome, to_frame(candidate.network)});
+  for (const std::uint32_t i : gather_.pending())
+    frames.push_back({candidates[i].genome, to_frame(candidates[i].network)});
+  if (!frames.empty()) {
+    Work work;
+    work.generation = generation;
+    work.trial_set = plan.set;
+    work.trials = plan.trials;
+    work.lifts = lifts;
+    work.networks = static_cast<std::uint32_t>(frames.size());
+    dispatcher_.begin(std::move(work));
+    dispatcher_.add(0, std::move(frames));
   }
-  gather_.begin(Gather::Kind::kOptional, generation, std::move(items), plan.trials);
-  gather_.pending();
-  Work work;
-  work.generation = generation;
-  work.trial_set = plan.set;
-  work.trials = plan.trials;
-  work.lifts = lifts;
-  work.networks = static_cast<std::uint32_t>(candidates.size());
-  dispatcher_.begin(std::move(work));
-  dispatcher_.add(0, std::move(frames));
   if (Status status = wait_for_work(); !status) return tl::unexpected(status.error());
   if (stopped_) return std::vector<Judgement>();
   trials_ += candidates.size() * plan.trials.size();
   return gather_.take();
+}
+
+// Those that an interrupted server had already journalled.
+void RunLoop::take_journalled_optional(const std::vector<BestRecord>& candidates, const TrialPlan& plan,
+                                       std::uint32_t generation) {
+  std::uint32_t taken = 0;
+  for (std::uint32_t i = 0; i < candidates.size(); ++i) {
+    const auto found = journalled_optional_.find({generation, plan.stage, candidates[i].genome});
+    if (found == journalled_optional_.end()) continue;
+    const auto measurements = unpack_measurements(found->second);
+    if (!measurements || measurements->size() != plan.trials.size()) continue;
+    gather_.already(i, gather_.judge(*measurements));
+    ++taken;
+  }
+  if (taken > 0)
+    spdlog::info("{} evaluations of generation {} ({}) were already done", taken, generation, plan.stage);
+}
+
+// Whether the budget has room for another round. What was decided before an interruption holds.
+bool RunLoop::round_is_due(std::uint32_t round, std::optional<std::uint32_t> decided) const {
+  if (decided) return round < *decided;
+  if (!config_.race().has_budget_seconds()) return true;
+  const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - generation_start_;
+  return passed.count() < config_.race().budget_seconds();
 }
 
 // Fitness of those that race on is the mean over all the trials they had.
@@ -65,10 +90,12 @@ Status RunLoop::race(std::vector<Judgement>& judgements) {
   std::vector<std::uint32_t> racing;
   for (std::uint32_t i = 0; i < judgements.size(); ++i)
     if (!scores[i].empty()) racing.push_back(i);
-  for (std::uint32_t round = 0; round < config.rounds(); ++round) {
+  const std::optional<std::uint32_t> decided = std::exchange(decided_rounds_, std::nullopt);
+  std::uint32_t held = 0;
+  for (; held < config.rounds() && round_is_due(held, decided); ++held) {
     racing = racers(config, scores, std::move(racing));
     if (racing.size() < 2) break;
-    const TrialPlan plan = plan_optional(config_, population_.generation(), round);
+    const TrialPlan plan = plan_optional(config_, population_.generation(), held);
     const auto more = try_again(racing, plan, false);
     if (!more) return tl::unexpected(more.error());
     if (stopped_) return {};
@@ -78,6 +105,7 @@ Status RunLoop::race(std::vector<Judgement>& judgements) {
       judgements[racing[k]].fitness = mean_of(all);
     }
   }
+  if (config.rounds() > 0 && config.has_budget_seconds()) store_.keep_race(population_.generation(), held);
   return {};
 }
 

@@ -37,6 +37,7 @@ struct Parts {
   std::unique_ptr<Store> store;
   std::unique_ptr<neat::Population> population;
   std::unique_ptr<score::Scorer> scorer;
+  std::optional<score::GraspMap> map;  // of runs with an archive
 };
 
 std::vector<StoredAsset> pack(const assets::ResolvedExperiment& experiment) {
@@ -105,6 +106,11 @@ Result<Parts> open_parts(const ServerOptions& options) {
   auto scorer = score::Scorer::create(parts->start.info.config.fitness());
   if (!scorer) return tl::unexpected(scorer.error());
   parts->scorer = std::make_unique<score::Scorer>(*scorer);
+  if (parts->start.info.config.neat().has_archive()) {
+    const auto map = score::GraspMap::create(parts->start.info.config.neat().archive());
+    if (!map) return tl::unexpected(map.error());
+    parts->map = *map;
+  }
   return parts;
 }
 
@@ -134,7 +140,7 @@ class ServerImpl : public Server {
         store_(std::move(parts.store)),
         population_(std::move(parts.population)),
         scorer_(std::move(parts.scorer)),
-        gather_(*scorer_, *store_),
+        gather_(*scorer_, *store_, parts.map),
         snapshots_(start_, run_dir_) {}
 
   // The threads of others end before what they lean on.

@@ -170,10 +170,14 @@ class StoreThread final : public Store {
           {},
           std::move(done)});
   }
-  void forget_evaluations(std::uint32_t generation, std::vector<std::uint64_t> genomes) override {
-    push({[generation, genomes = std::move(genomes)](StoreTables& t) {
-      return t.forget_evaluations(generation, genomes);
+  void forget_evaluations(std::uint32_t generation, std::string stage,
+                          std::vector<std::uint64_t> genomes) override {
+    push({[generation, stage = std::move(stage), genomes = std::move(genomes)](StoreTables& t) {
+      return t.forget_evaluations(generation, stage, genomes);
     }});
+  }
+  void keep_race(std::uint32_t generation, std::uint32_t rounds) override {
+    push({[generation, rounds](StoreTables& t) { return t.put_race(generation, rounds); }});
   }
 
   Status flush() override {

@@ -18,6 +18,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,6 +42,8 @@ struct ResumePoint {
   std::uint32_t generation = 0;           // the population's: the one to evaluate next
   std::string population;                 // neat::Population::load takes it
   std::vector<Evaluation> evaluations;    // of `generation`, by genome id: work that need not be done again
+  std::vector<Evaluation> optional;       // of its optional trials, by stage and genome id
+  std::optional<std::uint32_t> rounds;    // of its race, when time had decided that
   std::vector<GenerationRecord> history;  // the judged generations, in order
   std::vector<BestRecord> bests;          // of the last champion.candidates generations, in order
   std::vector<ValidationRecord> validations;
@@ -92,7 +95,10 @@ class Store {
   virtual void set_state(std::string state, Callback done = {}) = 0;
 
   // Drops the journalled evaluations of these genomes: a worker that lied did them.
-  virtual void forget_evaluations(std::uint32_t generation, std::vector<std::uint64_t> genomes) = 0;
+  virtual void forget_evaluations(std::uint32_t generation, std::string stage,
+                                  std::vector<std::uint64_t> genomes) = 0;
+  // How many rounds a generation's race had, where time decided that: before anything that follows from it.
+  virtual void keep_race(std::uint32_t generation, std::uint32_t rounds) = 0;
 
   // Waits until everything queued so far is on the disk (full sync).
   virtual Status flush() = 0;

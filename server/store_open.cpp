@@ -81,12 +81,14 @@ Status find_state(StoreReader& reader, ResumePoint& point, Damage& damage) {
 // Journalled work is a convenience: a damaged row is evaluated again.
 void find_evaluations(StoreReader& reader, ResumePoint& point, Damage& damage) {
   auto evaluations = reader.evaluations(point.generation);
-  if (evaluations) {
+  auto optional = reader.optional_evaluations(point.generation);
+  if (evaluations && optional) {
     point.evaluations = std::move(*evaluations);
+    point.optional = std::move(*optional);
   } else {
     damage.evaluations = true;
     point.warnings.push_back("journalled evaluations cannot be used and are done again: " +
-                             evaluations.error().message);
+                             (evaluations ? optional.error() : evaluations.error()).message);
   }
 }
 
@@ -103,6 +105,9 @@ Status read_point(StoreReader& reader, ResumePoint& point, Damage& damage) {
   point.state = progress->state;
   if (Status s = find_state(reader, point, damage); !s) return s;
   find_evaluations(reader, point, damage);
+  const auto rounds = reader.race_rounds(point.generation);
+  if (!rounds) return error_of(rounds);
+  point.rounds = *rounds;
   return {};
 }
 
@@ -133,6 +138,7 @@ Status read_past(StoreReader& reader, ResumePoint& point) {
 Status take_up(Database& database, ResumePoint& point) {
   StoreReader reader(&database);
   if (Status s = quick_check(database); !s) return s;
+  if (Status s = upgrade_schema(database); !s) return s;
   Damage damage;
   if (Status s = read_point(reader, point, damage); !s) return s;
   auto tables = StoreTables::prepare(database);
@@ -141,10 +147,11 @@ Status take_up(Database& database, ResumePoint& point) {
   if (damage.fell_back)
     if (Status s = tables->roll_back_to(point.generation); !s) return s;
   if (damage.evaluations)
-    if (Status s =
-            database.exec("DELETE FROM evaluations WHERE generation = " + std::to_string(point.generation));
-        !s)
-      return s;
+    for (const char* table : {"evaluations", "optional_evaluations"})
+      if (Status s = database.exec(std::string("DELETE FROM ") + table +
+                                   " WHERE generation = " + std::to_string(point.generation));
+          !s)
+        return s;
   if (Status s = read_past(reader, point); !s) return s;
   if (Status s = tables->put_progress({point.epoch, "running", unix_time()}); !s) return s;
   return database.exec("COMMIT; PRAGMA synchronous = NORMAL");

@@ -266,6 +266,63 @@ Result<std::vector<Evaluation>> StoreReader::evaluations(std::uint32_t generatio
       });
 }
 
+bool StoreReader::has_table(const char* name) {
+  return database_->integer(std::string("SELECT count(*) FROM sqlite_schema WHERE name = '") + name + "'")
+             .value_or(1) > 0;
+}
+
+Result<std::vector<Evaluation>> StoreReader::optional_evaluations(std::uint32_t generation) {
+  const MutexLock lock(mutex_);
+  if (!has_table("optional_evaluations")) return std::vector<Evaluation>();
+  return select<Evaluation>(
+      *database_, "optional_evaluations",
+      "SELECT * FROM optional_evaluations WHERE generation = ? ORDER BY stage, genome",
+      [&](Statement& s) { s.bind(std::int64_t{generation}); },
+      [](Statement& s) {
+        Evaluation e;
+        e.generation = static_cast<std::uint32_t>(s.integer());
+        e.stage = s.text();
+        e.genome = s.id();
+        e.measurements = s.blob();
+        return e;
+      });
+}
+
+Result<std::optional<std::uint32_t>> StoreReader::race_rounds(std::uint32_t generation) {
+  const MutexLock lock(mutex_);
+  if (!has_table("races")) return std::optional<std::uint32_t>();
+  return first(select<std::uint32_t>(
+      *database_, "races", "SELECT * FROM races WHERE generation = ?",
+      [&](Statement& s) { s.bind(std::int64_t{generation}); },
+      [](Statement& s) {
+        s.integer();
+        return static_cast<std::uint32_t>(s.integer());
+      }));
+}
+
+Result<std::vector<EliteRecord>> StoreReader::elites() {
+  const MutexLock lock(mutex_);
+  if (!has_table("elites")) return std::vector<EliteRecord>();
+  return select<EliteRecord>(*database_, "elites", "SELECT * FROM elites ORDER BY cell", kNothing,
+                             [](Statement& s) {
+                               const auto count = [&s] { return static_cast<std::uint32_t>(s.integer()); };
+                               EliteRecord e;
+                               e.cell = count();
+                               e.x = count();
+                               e.y = count();
+                               e.x_value = s.real();
+                               e.y_value = s.real();
+                               e.fitness = s.real();
+                               e.judged = count();
+                               e.genome = s.id();
+                               e.generation = count();
+                               e.updated = count();
+                               e.genotype = s.blob();
+                               e.network = s.blob();
+                               return e;
+                             });
+}
+
 Result<std::string> StoreReader::champion() {
   const MutexLock lock(mutex_);
   auto row =

@@ -41,6 +41,11 @@ class StoreReader {
   Result<std::vector<ValidationRecord>> validations();
   Result<std::vector<PoisonRecord>> poisons();
   Result<std::vector<Evaluation>> evaluations(std::uint32_t generation);
+  // Of the generation's optional trials, by stage and genome.
+  Result<std::vector<Evaluation>> optional_evaluations(std::uint32_t generation);
+  // Rounds of the generation's race, where race.budget_seconds decided.
+  Result<std::optional<std::uint32_t>> race_rounds(std::uint32_t generation);
+  Result<std::vector<EliteRecord>> elites();  // by cell
   // Serialised proto::Champion; empty until the run has chosen one.
   Result<std::string> champion();
   // Population::save() of the generation to be evaluated next, or another one still kept.
@@ -53,6 +58,9 @@ class StoreReader {
 
  private:
   explicit StoreReader(std::unique_ptr<Database> owned) : owned_(std::move(owned)), database_(owned_.get()) {}
+
+  // Files of the schema before lack some.
+  bool has_table(const char* name) REQUIRES(mutex_);
 
   Mutex mutex_;
   std::unique_ptr<Database> owned_;

@@ -70,6 +70,20 @@ struct Evaluation {
   std::uint32_t generation = 0;
   std::uint64_t genome = 0;
   std::string measurements;  // serialised proto::Measurements: see pack_measurements()
+  std::string stage = {};    // empty: the mandatory trials; else which optional ones ("race 1", "lift", ...)
+};
+
+// A cell of the map of grasps (neat/archive.h).
+struct EliteRecord {
+  std::uint32_t cell = 0, x = 0, y = 0;  // bins; cell = x + y * bins of x
+  double x_value = 0, y_value = 0;       // mean of what the axes measure, degrees or m
+  double fitness = 0;                    // mean
+  std::uint32_t judged = 0;              // over so many generations
+  std::uint64_t genome = 0;
+  std::uint32_t generation = 0;  // that brought it onto the map
+  std::uint32_t updated = 0;     // generation that changed the row last
+  std::string genotype;          // serialised proto::Genome
+  std::string network;           // serialised proto::Network
 };
 
 // Everything that a generation leaves behind; committed at once.
@@ -78,6 +92,8 @@ struct GenerationCommit {
   std::vector<neat::SpeciesSummary> species;
   BestRecord best;
   std::string population;  // neat::Population::save() after tell(): of generation record.generation + 1
+  std::vector<EliteRecord> elites = {};         // cells that it changed
+  std::vector<std::uint32_t> emptied = {};      // and those that it emptied
 };
 
 // A genome that killed or hung workers: scored zero, kept for replay.

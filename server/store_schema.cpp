@@ -6,8 +6,9 @@
 
 namespace evograsp::server {
 
-std::string_view schema_sql() {
-  return R"sql(
+namespace {
+
+constexpr char kSecondVersion[] = R"sql(
 CREATE TABLE run (
   id INTEGER PRIMARY KEY CHECK (id = 1),
   run_id INTEGER NOT NULL,
@@ -127,12 +128,57 @@ CREATE TABLE workers (
   seal BLOB NOT NULL
 ) STRICT;
 )sql";
+
+constexpr char kAddedByThird[] = R"sql(CREATE TABLE optional_evaluations (
+  generation INTEGER NOT NULL,
+  stage TEXT NOT NULL,
+  genome INTEGER NOT NULL,
+  measurements BLOB NOT NULL,
+  seal BLOB NOT NULL,
+  PRIMARY KEY (generation, stage, genome)
+) STRICT, WITHOUT ROWID;
+CREATE TABLE races (
+  generation INTEGER PRIMARY KEY,
+  rounds INTEGER NOT NULL,
+  seal BLOB NOT NULL
+) STRICT;
+CREATE TABLE elites (
+  cell INTEGER PRIMARY KEY,
+  x INTEGER NOT NULL,
+  y INTEGER NOT NULL,
+  x_value REAL NOT NULL,
+  y_value REAL NOT NULL,
+  fitness REAL NOT NULL,
+  judged INTEGER NOT NULL,
+  genome INTEGER NOT NULL,
+  generation INTEGER NOT NULL,
+  updated INTEGER NOT NULL,
+  genotype BLOB NOT NULL,
+  network BLOB NOT NULL,
+  seal BLOB NOT NULL
+) STRICT;
+)sql";
+
+std::string set_version() {
+  return "PRAGMA user_version = " + std::to_string(kSchemaVersion);
+}
+
+}  // namespace
+
+std::string schema_sql() {
+  return std::string(kSecondVersion) + kAddedByThird;
 }
 
 Status create_schema(Database& database) {
-  return database.exec(std::string(schema_sql()) +
-                       "PRAGMA application_id = " + std::to_string(kApplicationId) +
-                       "; PRAGMA user_version = " + std::to_string(kSchemaVersion));
+  return database.exec(schema_sql() + "PRAGMA application_id = " + std::to_string(kApplicationId) + "; " +
+                       set_version());
+}
+
+Status upgrade_schema(Database& database) {
+  const auto version = database.integer("PRAGMA user_version");
+  if (!version) return tl::unexpected<Error>(version.error());
+  if (*version == kSchemaVersion) return {};
+  return database.exec(std::string("BEGIN IMMEDIATE;") + kAddedByThird + set_version() + "; COMMIT");
 }
 
 Status check_schema(Database& database) {
@@ -146,7 +192,7 @@ Status check_schema(Database& database) {
                 name +
                     ": not a run of evograsp (another kind of SQLite file, or a run that was "
                     "killed before it began)");
-  if (*version == kSchemaVersion) return {};
+  if (*version == kSchemaVersion || *version == kOldestSchema) return {};
   const std::string remedy = *version > kSchemaVersion ? "use the newer evograsp that made it"
                                                        : "finish it with the evograsp that made it";
   return fail(ErrorCode::kUnsupported, name + ": schema " + std::to_string(*version) + ", this evograsp (" +

@@ -40,6 +40,9 @@ Result<StoreTables> StoreTables::prepare(Database& database) {
   auto evaluation = database.prepare("INSERT OR REPLACE INTO evaluations VALUES (?,?,?,?)");
   if (!evaluation) return tl::unexpected<Error>(evaluation.error());
   tables.evaluation_ = std::move(*evaluation);
+  auto optional = database.prepare("INSERT OR REPLACE INTO optional_evaluations VALUES (?,?,?,?,?)");
+  if (!optional) return tl::unexpected<Error>(optional.error());
+  tables.optional_ = std::move(*optional);
   auto species = database.prepare("INSERT OR REPLACE INTO species VALUES (?,?,?,?,?,?,?,?)");
   if (!species) return tl::unexpected<Error>(species.error());
   tables.species_ = std::move(*species);
@@ -80,6 +83,11 @@ Status StoreTables::put_population(std::uint32_t generation, std::string_view st
 }
 
 Status StoreTables::put_evaluation(const Evaluation& evaluation) {
+  if (!evaluation.stage.empty()) {
+    optional_->bind(std::int64_t{evaluation.generation}).bind_text(evaluation.stage);
+    optional_->bind_id(evaluation.genome).bind_blob(evaluation.measurements).bind_seal();
+    return optional_->run();
+  }
   evaluation_->bind(std::int64_t{evaluation.generation}).bind_id(evaluation.genome);
   evaluation_->bind_blob(evaluation.measurements).bind_seal();
   return evaluation_->run();
@@ -111,6 +119,7 @@ Status StoreTables::put_generation(const GenerationCommit& commit, double now, c
     s.bind(std::int64_t{b.generation}).bind_id(b.genome).bind(b.fitness);
     s.bind_blob(b.genotype).bind_blob(b.network).bind_seal();
   });
+  if (done) done = put_elites(commit);
   const std::uint32_t last = newest.value_or(r.generation);
   if (done && retention.wants_population(r.generation, last))
     done = put_population(r.generation + 1, commit.population);
@@ -118,14 +127,41 @@ Status StoreTables::put_generation(const GenerationCommit& commit, double now, c
   return done;
 }
 
+Status StoreTables::put_elites(const GenerationCommit& commit) {
+  Status done;
+  for (const EliteRecord& e : commit.elites) {
+    if (!done) return done;
+    done = write(*database_, "INSERT OR REPLACE INTO elites VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?)",
+                 [&](Statement& s) {
+                   s.bind(std::int64_t{e.cell}).bind(std::int64_t{e.x}).bind(std::int64_t{e.y});
+                   s.bind(e.x_value).bind(e.y_value).bind(e.fitness).bind(std::int64_t{e.judged});
+                   s.bind_id(e.genome).bind(std::int64_t{e.generation}).bind(std::int64_t{e.updated});
+                   s.bind_blob(e.genotype).bind_blob(e.network).bind_seal();
+                 });
+  }
+  for (const std::uint32_t cell : commit.emptied) {
+    if (!done) return done;
+    done = write(*database_, "DELETE FROM elites WHERE cell = ?",
+                 [&](Statement& s) { s.bind(std::int64_t{cell}); });
+  }
+  return done;
+}
+
+Status StoreTables::put_race(std::uint32_t generation, std::uint32_t rounds) {
+  return write(*database_, "INSERT OR REPLACE INTO races VALUES (?,?,?)", [&](Statement& s) {
+    s.bind(std::int64_t{generation}).bind(std::int64_t{rounds}).bind_seal();
+  });
+}
+
 Status StoreTables::prune(std::uint32_t generation, const Retention& retention) {
   Status done = write(*database_,
                       "DELETE FROM populations WHERE generation NOT IN "
                       "(SELECT generation FROM populations ORDER BY generation DESC LIMIT ?)",
                       [&](Statement& s) { s.bind(std::int64_t{retention.populations}); });
-  if (done && !retention.all_evaluations)
-    done = write(*database_, "DELETE FROM evaluations WHERE generation < ?",
-                 [&](Statement& s) { s.bind(std::int64_t{generation}); });
+  for (const char* table : {"evaluations", "optional_evaluations"})
+    if (done && !retention.all_evaluations)
+      done = write(*database_, std::string("DELETE FROM ") + table + " WHERE generation < ?",
+                   [&](Statement& s) { s.bind(std::int64_t{generation}); });
   if (done)
     done = write(*database_, "DELETE FROM events WHERE id <= (SELECT max(id) FROM events) - ?",
                  [&](Statement& s) { s.bind(std::int64_t{retention.events}); });
@@ -173,11 +209,15 @@ Status StoreTables::put_champion(const std::string& champion) {
                [&](Statement& s) { s.bind(std::int64_t{1}).bind_blob(champion).bind_seal(); });
 }
 
-Status StoreTables::forget_evaluations(std::uint32_t generation, const std::vector<std::uint64_t>& genomes) {
-  auto statement = database_->prepare("DELETE FROM evaluations WHERE generation = ? AND genome = ?");
+Status StoreTables::forget_evaluations(std::uint32_t generation, const std::string& stage,
+                                       const std::vector<std::uint64_t>& genomes) {
+  auto statement = database_->prepare(
+      stage.empty() ? "DELETE FROM evaluations WHERE generation = ? AND genome = ?"
+                    : "DELETE FROM optional_evaluations WHERE generation = ? AND genome = ? AND stage = ?");
   if (!statement) return tl::unexpected<Error>(statement.error());
   for (const std::uint64_t genome : genomes) {
     statement->bind(std::int64_t{generation}).bind_id(genome);
+    if (!stage.empty()) statement->bind_text(stage);
     if (const Status done = statement->run(); !done) return done;
   }
   return {};
@@ -191,6 +231,8 @@ Status StoreTables::roll_back_to(std::uint32_t generation) {
                          "; DELETE FROM validations; DELETE FROM champion"
                          "; DELETE FROM poisons WHERE generation >= " +
                          g + "; DELETE FROM evaluations WHERE generation > " + g +
+                         "; DELETE FROM optional_evaluations WHERE generation > " + g +
+                         "; DELETE FROM elites WHERE updated >= " + g +
                          "; DELETE FROM populations WHERE generation > " + g);
 }
 

@@ -39,12 +39,14 @@ class StoreTables {
   // be kept is written.
   Status put_generation(const GenerationCommit& commit, double now, const Retention& retention,
                         std::optional<std::uint32_t> newest = {});
+  Status put_race(std::uint32_t generation, std::uint32_t rounds);
   Status put_event(const Event& event, double now);
   Status put_worker(const WorkerRecord& worker);
   Status put_poison(const PoisonRecord& poison);
   Status put_validation(const ValidationRecord& validation);
   Status put_champion(const std::string& champion);
-  Status forget_evaluations(std::uint32_t generation, const std::vector<std::uint64_t>& genomes);
+  Status forget_evaluations(std::uint32_t generation, const std::string& stage,
+                            const std::vector<std::uint64_t>& genomes);
   // Changes nothing, but makes the transaction around it one that writes, so that its commit syncs.
   Status touch() { return database_->exec("UPDATE progress SET id = id"); }
   // Undoes the judging of `generation` and of all after it.
@@ -52,11 +54,12 @@ class StoreTables {
 
  private:
   explicit StoreTables(Database& database) : database_(&database) {}
+  Status put_elites(const GenerationCommit& commit);
   Status prune(std::uint32_t generation, const Retention& retention);
 
   Database* database_;
   // The hot ones are prepared once.
-  std::optional<Statement> evaluation_, species_;
+  std::optional<Statement> evaluation_, optional_, species_;
 };
 
 }  // namespace evograsp::server

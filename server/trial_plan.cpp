@@ -40,6 +40,9 @@ TrialPlan plan_scenes(const proto::Config& config, std::uint32_t generation, std
     for (const std::uint32_t target : targets)
       for (std::uint32_t click = 0; click < config.trials().clicks(); ++click) add(plan, seed, target, click);
   }
+  const bool mapped = part == 0 && config.neat().has_archive();
+  if (mapped)
+    for (proto::TrialKey& key : plan.trials) key.set_approach(true);
   return plan;
 }
 
@@ -65,7 +68,9 @@ TrialPlan plan_generation(const proto::Config& config, std::uint32_t generation)
 }
 
 TrialPlan plan_optional(const proto::Config& config, std::uint32_t generation, std::uint32_t round) {
-  return plan_scenes(config, generation, round + 1);
+  TrialPlan plan = plan_scenes(config, generation, round + 1);
+  plan.stage = "race " + std::to_string(round + 1);
+  return plan;
 }
 
 TrialPlan plan_validation(const proto::Config& config) {
@@ -74,12 +79,14 @@ TrialPlan plan_validation(const proto::Config& config) {
 
 TrialPlan plan_final_lifts(const proto::Config& config) {
   TrialPlan plan = plan_fresh(config, Purpose::kValidation, 1, config.lift().finalist_trials());
+  plan.stage = "final lift";
   for (proto::TrialKey& key : plan.trials) key.set_lift(true);
   return plan;
 }
 
 TrialPlan plan_lifts(const proto::Config& config, std::uint32_t generation) {
   TrialPlan plan = plan_fresh(config, Purpose::kLifts, generation, config.lift().trials());
+  plan.stage = "lift";
   for (proto::TrialKey& key : plan.trials) key.set_lift(true);
   return plan;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "proto/config.pb.h"
@@ -12,6 +13,7 @@ namespace evograsp::server {
 struct TrialPlan {
   std::uint64_t set = 0;  // names the list
   std::vector<proto::TrialKey> trials;
+  std::string stage;  // of optional ones: Evaluation.stage
 };
 
 // config.trials.scenes placements; in each, every object that stands there is target in turn (or one drawn by

@@ -47,7 +47,10 @@ proto::Measurement to_proto(const sim::Measurement& m) {
 }
 
 Evaluator::Evaluator(std::shared_ptr<SharedSimulator> shared) : shared_(std::move(shared)) {
-  if (shared_) workspace_ = shared_->simulator->make_workspace();
+  if (!shared_) return;
+  workspace_ = shared_->simulator->make_workspace();
+  const proto::HandBundle& hand = shared_->simulator->hand();
+  if (hand.has_approach_axis()) approach_axis_ = from_proto(hand.approach_axis()).normalized();
 }
 
 Evaluator::~Evaluator() = default;
@@ -136,6 +139,8 @@ void Evaluator::measure(const Network& network, proto::TaskResult& result) {
                                                             *workspace_, scenario.lift ? &report : nullptr);
     proto::Measurement& out = *result.add_measurement();
     out = to_proto(measured);
+    if (scenario.approach && measured.outcome != proto::NOT_A_NUMBER)
+      *out.mutable_approach() = evograsp::to_proto(tool.rotation * approach_axis_);
     if (!scenario.lift) continue;
     const bool closed = measured.outcome == proto::GRASPED && measured.quality > 0;
     const auto lifted = closed ? sim::lift_test(simulator, scenario.placements, scenario.target, report)

@@ -39,6 +39,7 @@ class Evaluator {
 
   std::shared_ptr<SharedSimulator> shared_;
   std::unique_ptr<sim::Workspace> workspace_;
+  Vec3 approach_axis_ = Vec3(0, 0, 1);  // of the palm
   Network::Scratch scratch_;
   std::vector<std::shared_ptr<const Scenario>> scenarios_;
   std::vector<float> inputs_, outputs_;  // a row a trial

@@ -16,6 +16,7 @@ std::shared_ptr<const Scenario> make_scenario(const sim::Simulator& simulator, c
   }
   scenario->target = static_cast<int>(key.target());
   scenario->lift = key.lift();
+  scenario->approach = key.approach();
   Result<sim::Placements> placements = simulator.shuffle(key.seed());
   if (!placements) {
     scenario->fault = placements.error().message;
@@ -39,7 +40,7 @@ std::shared_ptr<const Scenario> make_scenario(const sim::Simulator& simulator, c
 std::vector<std::shared_ptr<const Scenario>> TrialSet::prepare(const sim::Simulator& simulator,
                                                                std::span<const proto::TrialKey* const> keys) {
   const auto key_of = [](const proto::TrialKey* k) {
-    return Key{k->seed(), k->target(), k->click(), k->lift()};
+    return Key{k->seed(), k->target(), k->click(), k->lift(), k->approach()};
   };
   for (const proto::TrialKey* key : keys) {
     if (!claim(key_of(key))) continue;

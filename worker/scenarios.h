@@ -23,7 +23,8 @@ namespace evograsp::worker {
 // Immutable once prepared.
 struct Scenario {
   int target = 0;
-  bool lift = false;  // what is grasped is lifted, too
+  bool lift = false;      // what is grasped is lifted, too
+  bool approach = false;  // the measurement says where the hand pointed
   sim::Placements placements;
   sim::Info info;
   std::vector<float> inputs;  // the network's input vector
@@ -38,7 +39,7 @@ class TrialSet {
                                                        std::span<const proto::TrialKey* const> keys);
 
  private:
-  using Key = std::tuple<std::uint64_t, std::uint32_t, std::uint32_t, bool>;  // a trial key
+  using Key = std::tuple<std::uint64_t, std::uint32_t, std::uint32_t, bool, bool>;  // a trial key
   bool claim(const Key& key);
   void publish(const Key& key, std::shared_ptr<const Scenario> scenario);
   void give_back(const Key& key);

@@ -156,7 +156,7 @@ TEST(Store, ForgetsTheWorkOfALiar) {
   RunFolder folder;
   const auto store = *Store::create(folder.path(), new_run());
   for (std::uint64_t genome = 0; genome < 6; ++genome) store->journal(evaluation_of(0, genome));
-  store->forget_evaluations(0, {1, 3, 99});
+  store->forget_evaluations(0, "", {1, 3, 99});
   ASSERT_TRUE(store->flush());
   std::vector<std::uint64_t> left;
   const auto evaluations = (*StoreReader::open(folder.path()))->evaluations(0);
