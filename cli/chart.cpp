@@ -1,57 +1,18 @@
 #include "cli/chart.h"
 
-#include <cairo-svg.h>
-
-#include <cmath>
-#include <memory>
-
 #include "cli/chart_draw.h"
+#include "cli/chart_surface.h"
 
 namespace evograsp::cli {
-namespace {
-
-using Surface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)>;
-using Context = std::unique_ptr<cairo_t, decltype(&cairo_destroy)>;
-
-cairo_status_t append(void* out, const unsigned char* data, unsigned length) {
-  static_cast<std::string*>(out)->append(reinterpret_cast<const char*>(data), length);
-  return CAIRO_STATUS_SUCCESS;
-}
-
-Status checked(cairo_status_t status, const std::string& what) {
-  if (status == CAIRO_STATUS_SUCCESS) return {};
-  return fail(ErrorCode::kIo, what + ": " + cairo_status_to_string(status));
-}
-
-}  // namespace
 
 Status write_png(const Figure& figure, const std::filesystem::path& path) {
   const FigureLayout layout = lay_out(figure);
-  const Surface surface(
-      cairo_image_surface_create(CAIRO_FORMAT_RGB24, static_cast<int>(std::ceil(layout.width)),
-                                 static_cast<int>(std::ceil(layout.height))),
-      cairo_surface_destroy);
-  const Context context(cairo_create(surface.get()), cairo_destroy);
-  Pen pen(context.get());
-  draw(pen, figure, layout);
-  return checked(cairo_surface_write_to_png(surface.get(), path.c_str()), path.string());
+  return draw_png({layout.width, layout.height}, path, [&](Pen& pen) { draw(pen, figure, layout); });
 }
 
 Result<std::string> to_svg(const Figure& figure) {
   const FigureLayout layout = lay_out(figure);
-  std::string svg;
-  {
-    const Surface surface(cairo_svg_surface_create_for_stream(append, &svg, layout.width, layout.height),
-                          cairo_surface_destroy);
-    const Context context(cairo_create(surface.get()), cairo_destroy);
-    Pen pen(context.get());
-    draw(pen, figure, layout);
-    cairo_surface_finish(surface.get());
-    if (auto status = checked(cairo_surface_status(surface.get()), "SVG"); !status)
-      return tl::unexpected(status.error());
-  }
-  const std::size_t start = svg.find("<svg");
-  return start == std::string::npos ? svg : svg.substr(start);
+  return draw_svg({layout.width, layout.height}, [&](Pen& pen) { draw(pen, figure, layout); });
 }
 
 }  // namespace evograsp::cli

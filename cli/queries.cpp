@@ -8,6 +8,7 @@ void add_queries(CLI::App& app, Outcome& outcome) {
   add_status(app, outcome);
   add_lists(app, outcome);
   add_champion(app, outcome);
+  add_archive(app, outcome);
   add_runs(app, outcome);
   add_steering(app, outcome);
 }

@@ -12,6 +12,7 @@ namespace evograsp::cli {
 void add_status(CLI::App& app, Outcome& outcome);  // status, watch
 void add_lists(CLI::App& app, Outcome& outcome);   // workers, generations, species, events, history
 void add_champion(CLI::App& app, Outcome& outcome);
+void add_archive(CLI::App& app, Outcome& outcome);
 void add_runs(CLI::App& app, Outcome& outcome);
 void add_steering(CLI::App& app, Outcome& outcome);  // pause, resume, stop, checkpoint
 

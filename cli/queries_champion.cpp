@@ -1,4 +1,6 @@
 // `evograsp champion`: fetch it, look at it.
+#include <charconv>
+
 #include "cli/inputs.h"
 #include "cli/output.h"
 #include "cli/queries.h"
@@ -13,6 +15,7 @@ struct ChampionOptions {
   SourceOptions source;
   std::string out;
   std::string format;
+  std::string cell;  // "X,Y" of the map of grasps; empty: the run's champion
 };
 
 nlohmann::ordered_json summary(const proto::Champion& champion, const Source::Champion& given) {
@@ -36,14 +39,37 @@ nlohmann::ordered_json summary(const proto::Champion& champion, const Source::Ch
   return out;
 }
 
-std::string summary_text(const proto::Champion& c, const Source::Champion& given) {
+std::string in_words(const Source::Champion& given, const std::string& cell) {
+  if (!cell.empty()) return "the elite of cell " + cell + " of the map of grasps, not validated";
+  return given.chosen ? "chosen on fresh placements" : "best so far, not validated";
+}
+
+// "8,3" to (8, 3).
+Result<std::pair<std::uint32_t, std::uint32_t>> parse_cell(const std::string& text) {
+  std::uint32_t x = 0, y = 0;
+  const char* end = text.data() + text.size();
+  const auto first = std::from_chars(text.data(), end, x);
+  if (first.ec == std::errc() && first.ptr != end && *first.ptr == ',') {
+    const auto second = std::from_chars(first.ptr + 1, end, y);
+    if (second.ec == std::errc() && second.ptr == end) return std::pair(x, y);
+  }
+  return fail(ErrorCode::kUsage, "--cell: '" + text + "' is no cell like 8,3 (evograsp archive lists them)");
+}
+
+Result<Source::Champion> fetch(Source& source, const std::string& cell) {
+  if (cell.empty()) return source.champion();
+  const auto place = parse_cell(cell);
+  if (!place) return tl::unexpected(place.error());
+  return source.elite(place->first, place->second);
+}
+
+std::string summary_text(const proto::Champion& c, const Source::Champion& given, const std::string& cell) {
   const auto line = [](const char* label, const std::string& text) {
     std::string out = label;
     out.resize(12, ' ');
     return out + text + "\n";
   };
-  std::string out =
-      line("champion", given.chosen ? "chosen on fresh placements" : "best so far, not validated");
+  std::string out = line("champion", in_words(given, cell));
   out += line("bred in", "generation " + std::to_string(c.generation()) + ", fitness " + fixed(c.fitness()));
   if (c.validation_trials() > 0)
     out += line("validated", std::to_string(c.validation_successes()) + " of " +
@@ -68,14 +94,14 @@ Result<std::string> formatted(const ChampionOptions& options, const Source::Cham
 }
 
 int champion(Source& source, const ChampionOptions& options) {
-  const auto given = source.champion();
+  const auto given = fetch(source, options.cell);
   if (!given) return report(given.error());
   proto::Champion message;
   if (!message.ParseFromString(given->bytes))
     return report(Error{ErrorCode::kInvalid, source.name() + ": its champion does not parse"});
   if (options.out.empty() && options.format.empty()) {
     if (options.source.json) return print_json(summary(message, *given)), kExitOk;
-    return print(summary_text(message, *given)), kExitOk;
+    return print(summary_text(message, *given, options.cell)), kExitOk;
   }
   const auto bytes = formatted(options, *given);
   if (!bytes) return report(bytes.error());
@@ -86,7 +112,8 @@ int champion(Source& source, const ChampionOptions& options) {
     return print(*bytes), kExitOk;
   }
   if (const Status written = write_file(options.out, *bytes); !written) return report(written.error());
-  if (!given->chosen) warn("the run has not chosen its champion yet: this is the best so far, not validated");
+  if (!given->chosen && options.cell.empty())
+    warn("the run has not chosen its champion yet: this is the best so far, not validated");
   if (options.source.json) {
     auto document = summary(message, *given);
     document["file"] = options.out;
@@ -110,9 +137,13 @@ void add_champion(CLI::App& app, Outcome& outcome) {
       ->check([](const std::string& given) {
         return given == "pb" || given == "json" ? std::string() : "'" + given + "' is neither pb nor json";
       });
+  sub->add_option("--cell", options->cell,
+                  "the elite of this cell of the map of grasps (see evograsp archive)")
+      ->type_name("X,Y");
   sub->footer(
       "Examples:\n  evograsp champion\n  evograsp champion --out champion.pb\n"
-      "  evograsp champion --run runs/quick --format json | jq .generation");
+      "  evograsp champion --run runs/quick --format json | jq .generation\n"
+      "  evograsp champion --run runs/mug --cell 8,3 --out from_above.pb");
   answer_with_source(*sub, options, outcome, champion);
 }
 

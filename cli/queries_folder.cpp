@@ -3,6 +3,7 @@
 
 #include "cli/queries_source.h"
 #include "server/api_json.h"
+#include "server/archive_json.h"
 #include "server/store_reader.h"
 
 namespace evograsp::cli {
@@ -48,6 +49,17 @@ class FolderSource final : public Source {
     if (!bytes) return fail(bytes.error().code, name() + ": " + bytes.error().message);
     const auto chosen = reader_->champion();
     return Champion{std::move(*bytes), chosen && !chosen->empty()};
+  }
+
+  Result<json> archive() override {
+    auto document = server::archive_json(*reader_);
+    if (!document) return fail(document.error().code, name() + ": " + document.error().message);
+    return document;
+  }
+  Result<Champion> elite(std::uint32_t x, std::uint32_t y) override {
+    auto bytes = server::elite_of(*reader_, x, y);
+    if (!bytes) return fail(bytes.error().code, name() + ": " + bytes.error().message);
+    return Champion{std::move(*bytes), false};
   }
 
   Status steer(const std::string& verb) override {

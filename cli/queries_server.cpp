@@ -51,6 +51,14 @@ class ServerSource final : public Source {
     return Champion{answer->body, answer->get_header_value("X-Evograsp-Champion") == "chosen"};
   }
 
+  Result<json> archive() override { return document("/api/v1/archive"); }
+  Result<Champion> elite(std::uint32_t x, std::uint32_t y) override {
+    const auto answer =
+        checked(client_.Get("/api/v1/archive/champion?x=" + std::to_string(x) + "&y=" + std::to_string(y)));
+    if (!answer) return tl::unexpected(answer.error());
+    return Champion{answer->body, false};
+  }
+
   Status steer(const std::string& verb) override {
     const auto answer = checked(client_.Post("/api/v1/" + verb));
     if (!answer) return tl::unexpected(answer.error());

@@ -39,6 +39,9 @@ class Source {
     bool chosen = false;
   };
   virtual Result<Champion> champion() = 0;
+  // The map of grasps, and the elite of a cell.
+  virtual Result<nlohmann::json> archive() = 0;
+  virtual Result<Champion> elite(std::uint32_t x, std::uint32_t y) = 0;
   // pause, resume, stop or checkpoint.
   virtual Status steer(const std::string& verb) = 0;
   // What the server's log says: its level now, or after setting it.

@@ -104,8 +104,8 @@ void check_archive(const proto::NeatConfig& neat, const Complain& complain) {
     complain("neat.archive.children", "and again are shares of the population: at most 1 together");
   constexpr std::uint32_t kMostCompared = 20'000;
   if (archive.kind() == proto::NOVELTY && neat.population() > kMostCompared)
-    complain("neat.population", "novelty compares all with all: with it at most " +
-                                    std::to_string(kMostCompared) + " genomes");
+    complain("neat.population",
+             "novelty compares all with all: with it at most " + std::to_string(kMostCompared) + " genomes");
 }
 
 // What a substrate must share with the camera and the hand.

@@ -18,8 +18,8 @@ bool is_circle(const proto::ArchiveAxis& axis) {
   return axis.of() == proto::YAW && !axis.has_low() && !axis.has_high();
 }
 
-// The sum of `count` values with one more. On a circle the way about it that is nearer the mean before counts, and
-// the mean stays from 0 to 1.
+// The sum of `count` values with one more. On a circle the way about it that is nearer the mean before
+// counts, and the mean stays from 0 to 1.
 double add_up(double sum, double mean, double value, std::uint32_t count, bool circle) {
   if (!circle) return sum + value;
   if (value - mean > 0.5) value -= 1;
@@ -164,8 +164,7 @@ std::vector<double> selection_scores(std::span<const double> fitness, std::span<
                                      double weight) {
   std::vector<double> result = spread_out(fitness);
   const std::vector<double> strange = spread_out(novelty);
-  for (std::size_t i = 0; i < result.size(); ++i)
-    result[i] = (1 - weight) * result[i] + weight * strange[i];
+  for (std::size_t i = 0; i < result.size(); ++i) result[i] = (1 - weight) * result[i] + weight * strange[i];
   return result;
 }
 

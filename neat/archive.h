@@ -1,14 +1,14 @@
 // The kinds of grasp that a run has found (proto::ArchiveConfig).
 //
-// A map of elites (Mouret and Clune 2015, "Illuminating search spaces by mapping elites"): two measures of what
-// a genome does, its behaviour, span a plane of cells, and each cell keeps the fittest genome of its kind.
-// Fitness here is noisy, because each generation has trials of its own: an elite that is judged again keeps
-// the mean over all its judgements of fitness and of behaviour, and moves when its mean leaves the cell, so
-// that luck wears off.
+// A map of elites (Mouret and Clune 2015, "Illuminating search spaces by mapping elites"): two measures of
+// what a genome does, its behaviour, span a plane of cells, and each cell keeps the fittest genome of its
+// kind. Fitness here is noisy, because each generation has trials of its own: an elite that is judged again
+// keeps the mean over all its judgements of fitness and of behaviour, and moves when its mean leaves the
+// cell, so that luck wears off.
 //
-// And a memory of what was novel (Lehman and Stanley 2011, "Abandoning objectives: evolution through the search
-// for novelty alone", section 4): novelty is the mean distance to the nearest neighbours among the generation
-// and the memory.
+// And a memory of what was novel (Lehman and Stanley 2011, "Abandoning objectives: evolution through the
+// search for novelty alone", section 4): novelty is the mean distance to the nearest neighbours among the
+// generation and the memory.
 #pragma once
 
 #include <cstdint>
@@ -52,8 +52,8 @@ class Archive {
   std::uint32_t cell_of(const Behaviour& behaviour) const;  // x + y * columns(); of a known one
 
   // What genomes [i] of a generation achieved and did. First those that are elites already are judged again;
-  // then the others are held against their cells' elites, in the order given: the fitter has the cell, of equals
-  // the older. Fitness or behaviour that is not finite changes nothing.
+  // then the others are held against their cells' elites, in the order given: the fitter has the cell, of
+  // equals the older. Fitness or behaviour that is not finite changes nothing.
   void add(std::uint32_t generation, std::span<const Genome> genomes, std::span<const double> fitness,
            std::span<const Behaviour> behaviour);
   const std::map<std::uint32_t, Elite>& elites() const { return elites_; }  // by cell

@@ -48,8 +48,8 @@ class Population {
   std::span<const Genome> ask() const;
   // fitness[i] belongs to ask()[i]; NaN and infinities count as the worst. Makes the next generation: ranks,
   // drops stagnant species (the best one never), shares fitness, allots children, breeds, sorts into species.
-  // With config.archive, behaviour[i] is what ask()[i] did: see archive.h and docs/NEAT.md for what it changes.
-  // Without, it is not looked at.
+  // With config.archive, behaviour[i] is what ask()[i] did: see archive.h and docs/NEAT.md for what it
+  // changes. Without, it is not looked at.
   void tell(std::span<const double> fitness, std::span<const Behaviour> behaviour = {});
   // Of the population that the last tell() judged, by id.
   const std::vector<SpeciesSummary>& species() const;

@@ -101,8 +101,7 @@ std::array<double, 2> GraspMap::place(std::span<const proto::Measurement> trials
   constexpr double kShortest = 1e-6;  // of a mean direction that still is one
   const Means mean = means_of(trials);
   const Vec3 sum = mean.approach;
-  if (mean.trials == 0 || !(sum.dot(sum) > kShortest * kShortest * mean.trials))
-    return {kUnknown, kUnknown};
+  if (mean.trials == 0 || !(sum.dot(sum) > kShortest * kShortest * mean.trials)) return {kUnknown, kUnknown};
   std::array<double, 2> place{};
   for (std::size_t a = 0; a < 2; ++a) {
     const double value = value_of(of_[a], mean);

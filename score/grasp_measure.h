@@ -16,11 +16,11 @@ struct MeasureRange {
   double low = 0, high = 1;
 };
 MeasureRange range_of(const proto::ArchiveAxis& axis);
-bool is_angle(proto::GraspMeasure measure);           // degrees; else m
+bool is_angle(proto::GraspMeasure measure);         // degrees; else m
 std::string words_of(proto::GraspMeasure measure);  // "approach pitch"
 
-// Over the trials that were answered with a pose (Measurement.approach): d the mean of the approach directions, s and
-// o where tool point and centre of mass of the target ended, world.
+// Over the trials that were answered with a pose (Measurement.approach): d the mean of the approach
+// directions, s and o where tool point and centre of mass of the target ended, world.
 //   PITCH   angle of d below the horizontal, degrees
 //   YAW     heading of d about world z, degrees from x
 //   HEIGHT  mean of s_z - o_z, m
@@ -31,8 +31,8 @@ class GraspMap {
  public:
   // kInvalid when an axis has no length.
   static Result<GraspMap> create(const proto::ArchiveConfig& config);
-  // x and y, from 0 at the range's low end to 1 at its high one, limited to that; both NaN when no trial was answered
-  // or the approaches cancel out.
+  // x and y, from 0 at the range's low end to 1 at its high one, limited to that; both NaN when no trial was
+  // answered or the approaches cancel out.
   std::array<double, 2> place(std::span<const proto::Measurement> trials) const;
 
  private:

@@ -13,6 +13,7 @@
 #include "server/api_access.h"
 #include "server/api_http.h"
 #include "server/api_json.h"
+#include "server/archive_json.h"
 #include "server/metrics.h"
 
 namespace evograsp::server {
@@ -220,6 +221,17 @@ class Api final : public ApiServer {
     get("/api/v1/generations", [this](const Request& q, Response& r) { generations(q, r); });
     get("/api/v1/species", [this](const Request& q, Response& r) { species(q, r); });
     get("/api/v1/events", [this](const Request& q, Response& r) { events(q, r); });
+    get("/api/v1/archive", [this](const Request& q, Response& r) {
+      allow_only(q, {});
+      answer(r, value_of(archive_json(reader())));
+    });
+    get("/api/v1/archive/champion", [this](const Request& q, Response& r) {
+      allow_only(q, {"x", "y"});
+      const auto x = query_number(q, "x", 0, kMostRows), y = query_number(q, "y", 0, kMostRows);
+      const std::string bytes =
+          value_of(elite_of(reader(), static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y)));
+      r.set_content(bytes, "application/x-protobuf");
+    });
     get("/api/v1/champion", [this](const Request& q, Response& r) { champion(q, r); });
     get("/api/v1/log-level", [this](const Request&, Response& r) {
       answer(r, {{"level", run_.log_level()}});

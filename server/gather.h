@@ -23,8 +23,8 @@ struct Judgement {
   double fitness = 0;
   std::uint32_t trials = 0, successes = 0;
   bool judged = false;
-  std::uint32_t lifts = 0;     // that held
-  std::vector<double> scores;  // fitness of each trial
+  std::uint32_t lifts = 0;        // that held
+  std::vector<double> scores;     // fitness of each trial
   std::array<double, 2> place{};  // on the map of grasps, if there is one
 };
 

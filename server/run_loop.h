@@ -125,8 +125,8 @@ class RunLoop {
 
   neat::Population population_;
   neat::Expressor expressor_;
-  std::vector<std::string> networks_;        // serialised, of the generation being evaluated
-  std::vector<Evaluation> journalled_;       // of the generation that was interrupted
+  std::vector<std::string> networks_;   // serialised, of the generation being evaluated
+  std::vector<Evaluation> journalled_;  // of the generation that was interrupted
   Journalled journalled_optional_;
   std::optional<std::uint32_t> decided_rounds_;  // of its race
   std::chrono::steady_clock::time_point generation_start_{};

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "common/digest.h"
+#include "common/log.h"
 #include "neat/genome.h"
 #include "server/champion.h"
 #include "server/race.h"

@@ -92,8 +92,8 @@ struct GenerationCommit {
   std::vector<neat::SpeciesSummary> species;
   BestRecord best;
   std::string population;  // neat::Population::save() after tell(): of generation record.generation + 1
-  std::vector<EliteRecord> elites = {};         // cells that it changed
-  std::vector<std::uint32_t> emptied = {};      // and those that it emptied
+  std::vector<EliteRecord> elites = {};     // cells that it changed
+  std::vector<std::uint32_t> emptied = {};  // and those that it emptied
 };
 
 // A genome that killed or hung workers: scored zero, kept for replay.

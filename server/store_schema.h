@@ -17,8 +17,8 @@ inline constexpr std::int64_t kApplicationId = 0x45564f47;  // PRAGMA applicatio
 std::string schema_sql();
 
 Status create_schema(Database& database);
-// kInvalid for a file that is no run.db; kUnsupported for a version that cannot be read, saying which program reads
-// it. Version 2 can: it lacks the tables that version 3 added.
+// kInvalid for a file that is no run.db; kUnsupported for a version that cannot be read, saying which program
+// reads it. Version 2 can: it lacks the tables that version 3 added.
 Status check_schema(Database& database);
 // Of what check_schema() accepted: adds what is missing, in a transaction of its own.
 Status upgrade_schema(Database& database);

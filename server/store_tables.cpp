@@ -225,15 +225,14 @@ Status StoreTables::forget_evaluations(std::uint32_t generation, const std::stri
 
 Status StoreTables::roll_back_to(std::uint32_t generation) {
   const std::string g = std::to_string(generation);
-  return database_->exec("DELETE FROM generations WHERE generation >= " + g +
-                         "; DELETE FROM species WHERE generation >= " + g +
-                         "; DELETE FROM bests WHERE generation >= " + g +
-                         "; DELETE FROM validations; DELETE FROM champion"
-                         "; DELETE FROM poisons WHERE generation >= " +
-                         g + "; DELETE FROM evaluations WHERE generation > " + g +
-                         "; DELETE FROM optional_evaluations WHERE generation > " + g +
-                         "; DELETE FROM elites WHERE updated >= " + g +
-                         "; DELETE FROM populations WHERE generation > " + g);
+  return database_->exec(
+      "DELETE FROM generations WHERE generation >= " + g + "; DELETE FROM species WHERE generation >= " + g +
+      "; DELETE FROM bests WHERE generation >= " + g +
+      "; DELETE FROM validations; DELETE FROM champion"
+      "; DELETE FROM poisons WHERE generation >= " +
+      g + "; DELETE FROM evaluations WHERE generation > " + g +
+      "; DELETE FROM optional_evaluations WHERE generation > " + g +
+      "; DELETE FROM elites WHERE updated >= " + g + "; DELETE FROM populations WHERE generation > " + g);
 }
 
 }  // namespace evograsp::server

@@ -140,7 +140,7 @@ void Evaluator::measure(const Network& network, proto::TaskResult& result) {
     proto::Measurement& out = *result.add_measurement();
     out = to_proto(measured);
     if (scenario.approach && measured.outcome != proto::NOT_A_NUMBER)
-      *out.mutable_approach() = evograsp::to_proto(tool.rotation * approach_axis_);
+      *out.mutable_approach() = evograsp::to_proto(Vec3(tool.rotation * approach_axis_));
     if (!scenario.lift) continue;
     const bool closed = measured.outcome == proto::GRASPED && measured.quality > 0;
     const auto lifted = closed ? sim::lift_test(simulator, scenario.placements, scenario.target, report)

@@ -117,3 +117,31 @@ CREATE TABLE workers (
   trials INTEGER NOT NULL,
   seal BLOB NOT NULL
 ) STRICT;
+CREATE TABLE optional_evaluations (
+  generation INTEGER NOT NULL,
+  stage TEXT NOT NULL,
+  genome INTEGER NOT NULL,
+  measurements BLOB NOT NULL,
+  seal BLOB NOT NULL,
+  PRIMARY KEY (generation, stage, genome)
+) STRICT, WITHOUT ROWID;
+CREATE TABLE races (
+  generation INTEGER PRIMARY KEY,
+  rounds INTEGER NOT NULL,
+  seal BLOB NOT NULL
+) STRICT;
+CREATE TABLE elites (
+  cell INTEGER PRIMARY KEY,
+  x INTEGER NOT NULL,
+  y INTEGER NOT NULL,
+  x_value REAL NOT NULL,
+  y_value REAL NOT NULL,
+  fitness REAL NOT NULL,
+  judged INTEGER NOT NULL,
+  genome INTEGER NOT NULL,
+  generation INTEGER NOT NULL,
+  updated INTEGER NOT NULL,
+  genotype BLOB NOT NULL,
+  network BLOB NOT NULL,
+  seal BLOB NOT NULL
+) STRICT;

@@ -127,7 +127,7 @@ TEST(StoreFault, AReadOnlyDiskCanBeReadAndIsRefusedForWriting) {
 // ---- files that are not ours ----
 
 TEST(StoreFault, OtherSchemasAreNamed) {
-  for (const int version : {0, kSchemaVersion + 1}) {
+  for (const int version : {0, kOldestSchema - 1, kSchemaVersion + 1}) {
     RunFolder folder;
     { ASSERT_TRUE(Store::create(folder.path(), new_run())); }
     {
