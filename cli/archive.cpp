@@ -36,7 +36,7 @@ HeatMap map_of(const json& document) {
   map.y = axis_of(document, "y");
   map.title = "Kinds of grasp";
   map.value_label = "fitness of the best of each kind";
-  map.value.assign(static_cast<std::size_t>(map.x.bins * map.y.bins), std::nan(""));
+  map.value.assign(static_cast<std::size_t>(map.x.bins) * static_cast<std::size_t>(map.y.bins), std::nan(""));
   for (const json& elite : document.at("elites")) {
     const std::uint64_t x = count_in(elite, "x"), y = count_in(elite, "y");
     if (x < static_cast<std::uint64_t>(map.x.bins) && y < static_cast<std::uint64_t>(map.y.bins))

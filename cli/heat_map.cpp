@@ -37,7 +37,8 @@ std::string cell_text(double value, double most) {
 }
 
 double at(const HeatMap& map, int x, int y) {
-  const auto index = static_cast<std::size_t>(x + y * map.x.bins);
+  const std::size_t index =
+      static_cast<std::size_t>(x) + static_cast<std::size_t>(y) * static_cast<std::size_t>(map.x.bins);
   return index < map.value.size() ? map.value[index] : std::nan("");
 }
 
