@@ -54,6 +54,7 @@ RunLoop::RunLoop(const ResumePoint& start, neat::Population population, Store& s
 }
 
 Result<RunState> RunLoop::run() {
+  if (evaluations_ == 0) warn_of_time();
   bool resumed = true;  // only the first generation may have been evaluated in part
   while (!evolved()) {
     if (Status status = evolve_one(resumed); !status) return tl::unexpected(status.error());

@@ -100,6 +100,7 @@ class RunLoop {
                                                   bool lifts);
   void take_journalled_optional(const std::vector<BestRecord>& candidates, const TrialPlan& plan,
                                 std::uint32_t generation);
+  void warn_of_time();
   bool round_is_due(std::uint32_t round, std::optional<std::uint32_t> decided) const;
   Status race(std::vector<Judgement>& judgements);
   Status lift_best(std::vector<Judgement>& judgements);

@@ -74,6 +74,14 @@ void RunLoop::take_journalled_optional(const std::vector<BestRecord>& candidates
     spdlog::info("{} evaluations of generation {} ({}) were already done", taken, generation, plan.stage);
 }
 
+void RunLoop::warn_of_time() {
+  if (config_.race().rounds() == 0 || !config_.race().has_budget_seconds()) return;
+  gather_.event(
+      true, "time_bound",
+      "race.budget_seconds: how many optional trials there are depends on how fast the machines are; "
+      "this run can be resumed to the same bytes, but not repeated from its config and seed");
+}
+
 // Whether the budget has room for another round. What was decided before an interruption holds.
 bool RunLoop::round_is_due(std::uint32_t round, std::optional<std::uint32_t> decided) const {
   if (decided) return round < *decided;

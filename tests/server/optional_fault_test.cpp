@@ -1,6 +1,7 @@
 // A server that is killed among optional trials (races, lifts) goes on with what it had journalled of them.
 #include <gtest/gtest.h>
 
+#include "server/store_tables.h"
 #include "tests/server/real_run.h"
 
 namespace evograsp {
@@ -75,25 +76,60 @@ TEST_F(OptionalTrials, AKillAmongThemLosesNothingThatWasJournalled) {
   EXPECT_EQ(sha256_hex(champion()), sha256_hex(expected()));
 }
 
-// A race that time bounds cannot be repeated elsewhere, but what run.db says of it decides a resumed one.
+// A race that time bounds cannot be repeated elsewhere: the run says so, and run.db how many rounds there
+// were.
 TEST_F(OptionalTrials, RoundsThatTimeAllowedAreKept) {
   std::vector<std::string> all = settings();
-  all.push_back("race.rounds=6");
-  all.push_back("race.keep=1");
-  all.push_back("race.budget_seconds=0.9");
+  for (const char* more : {"race.rounds=6", "race.keep=1", "race.budget_seconds=0.9", "lift.generations=0"})
+    all.push_back(more);
   auto worker = start_faulty("slow", "sleep:0.01");
   Process server("evograsp-server", server_arguments(all), log("server"));
   EXPECT_EQ(server.finish(), 0) << server.log();
   auto reader = server::StoreReader::open(run_dir());
   ASSERT_TRUE(reader);
+  const auto records = (*reader)->generations(0, 10);
+  ASSERT_TRUE(records && records->size() == 3U);
+  std::uint64_t before = 0;
   for (std::uint32_t g = 0; g < 3; ++g) {
     const auto rounds = (*reader)->race_rounds(g);
     ASSERT_TRUE(rounds && *rounds) << "generation " << g;
-    // A round of 24 networks takes 0.24 s at least, so the budget ends with the fourth at the latest.
-    EXPECT_LE(**rounds, 4U);
+    // The generation's own trials and a round take 0.24 s at least, each.
+    EXPECT_LE(**rounds, 3U);
+    EXPECT_EQ((*records)[g].trials - before, 24U * 3 * (1 + **rounds)) << "generation " << g;
+    before = (*records)[g].trials;
   }
+  EXPECT_EQ(events("time_bound").size(), 1U);
+}
+
+// What time had decided before the kill holds, though there would be no time now.
+TEST_F(OptionalTrials, AResumedRaceHasTheRoundsThatWereDecided) {
+  std::vector<std::string> all = settings();
+  for (const char* more : {"race.budget_seconds=0.0001", "lift.generations=0"}) all.push_back(more);
+  auto worker = start_faulty("slow", "sleep:0.03");
+  {
+    Process server("evograsp-server", server_arguments(all), log("first"));
+    ASSERT_TRUE(eventually([&] {
+      auto reader = server::StoreReader::open(run_dir());
+      const auto done = reader ? (*reader)->evaluations(0) : Result<std::vector<Evaluation>>();
+      return done && !done->empty();
+    })) << server.log();
+    server.finish(SIGKILL);
+  }
+  {
+    auto database =
+        server::Database::open(run_dir() / server::kStoreFile, server::Database::Mode::kReadWrite);
+    ASSERT_TRUE(database);
+    auto tables = server::StoreTables::prepare(**database);
+    ASSERT_TRUE(tables && tables->put_race(0, 2));
+  }
+  Process server("evograsp-server", resume_arguments(), log("second"));
+  EXPECT_EQ(server.finish(), 0) << server.log();
+  auto reader = server::StoreReader::open(run_dir());
+  ASSERT_TRUE(reader);
   const auto records = (*reader)->generations(0, 10);
-  ASSERT_TRUE(records);
+  ASSERT_TRUE(records && records->size() == 3U);
+  EXPECT_EQ((*records)[0].trials, (24U + 12 + 6) * 3) << "two rounds, each with the better half";
+  EXPECT_EQ((*records)[1].trials - (*records)[0].trials, 24U * 3) << "no time for any";
 }
 
 }  // namespace
