@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/digest.h"
+#include "common/network_pack.h"
+
 namespace evograsp::server {
 
 namespace {
@@ -15,6 +18,12 @@ constexpr double kSmallestTask = 2.5e-4;  // s: the scheduler gives out no less
 
 double unix_time() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+// As a file or a person wants it; as it came when it is no packed network (benchmarks).
+std::string plain_network(const zmq::message_t& bytes) {
+  const auto network = unpack_network(bytes.to_string_view());
+  return network ? deterministic_bytes(network->to_proto()) : bytes.to_string();
 }
 
 }  // namespace
@@ -42,6 +51,7 @@ Session* DispatchLoop::find(WorkerId id) {
 
 void DispatchLoop::begin(Work work) {
   work_ = std::move(work);
+  ++work_number_;
   networks_.clear();
   networks_.resize(work_.networks);
   measurements_.clear();
@@ -130,7 +140,8 @@ bool DispatchLoop::give_one(Session& session) {
   return false;
 }
 
-SendResult DispatchLoop::send_task(const Session& session, const Assignment& what) {
+// What the worker has is left out (common/task_memory.h).
+SendResult DispatchLoop::send_task(Session& session, const Assignment& what) {
   proto::Envelope envelope = make_envelope(options_.stamp);
   proto::Task& task = *envelope.mutable_task();
   task.set_id(what.task);
@@ -139,17 +150,38 @@ SendResult DispatchLoop::send_task(const Session& session, const Assignment& wha
   task.set_trial_set(work_.trial_set);
   if (what.suspect) task.set_suspect(true);
   if (work_.noop_seconds) task.set_noop_seconds(*work_.noop_seconds);
-  for (std::uint32_t i = 0; i < what.trials; ++i) *task.add_trial() = work_.trials[what.first_trial + i];
+  const bool anew = session.work != work_number_;
+  if (anew) task.mutable_trial()->Add(work_.trials.begin(), work_.trials.end());
+  task.set_first_trial(what.first_trial);
+  task.set_trials(what.trials);
   std::vector<zmq::message_t> bodies;
   bodies.reserve(what.networks.size());
+  std::size_t bytes = 0;
   for (const std::uint32_t network : what.networks) {
+    if (!anew && session.has.has(networks_[network].id)) {
+      task.add_known(static_cast<std::uint32_t>(task.network_size()));
+    } else {
+      bodies.push_back(share(networks_[network].bytes));
+      bytes += bodies.back().size();
+    }
     task.add_network(networks_[network].id);
-    bodies.push_back(share(networks_[network].bytes));
-    totals_.bytes_sent += bodies.back().size();
   }
   zmq::message_t head = to_frame(envelope);
-  totals_.bytes_sent += head.size();
-  return send(router_, session.peer, std::move(head), std::move(bodies));
+  bytes += head.size();
+  const SendResult result = send(router_, session.peer, std::move(head), std::move(bodies));
+  if (result != SendResult::kSent) return result;
+  totals_.bytes_sent += bytes;
+  if (anew) session.has.clear();
+  session.work = work_number_;
+  int known = 0;
+  for (int i = 0; i < task.network_size(); ++i) {
+    if (known < task.known_size() && task.known(known) == static_cast<std::uint32_t>(i)) {
+      ++known;
+      continue;
+    }
+    session.has.add(task.network(i), {}, networks_[what.networks[static_cast<std::size_t>(i)]].bytes.size());
+  }
+  return result;
 }
 
 void DispatchLoop::tell_complete(const std::vector<std::uint32_t>& networks) {
@@ -172,7 +204,7 @@ void DispatchLoop::report_poisoned() {
   for (Poisoned& poisoned : scheduler_.take_poisoned()) {
     ++totals_.poisoned;
     told_[poisoned.network] = 1;
-    poisoned.bytes = networks_[poisoned.network].bytes.to_string();
+    poisoned.bytes = plain_network(networks_[poisoned.network].bytes);
     sink_.poisoned(poisoned);
   }
 }
@@ -308,6 +340,7 @@ DispatchView DispatchLoop::view() const {
   for (const auto& [id, session] : by_id_) {
     view.workers.push_back(session->view);
     view.workers.back().outstanding = scheduler_.outstanding(id);
+    view.workers.back().trial_seconds = scheduler_.trial_seconds(id);
   }
   for (const auto& [identity, worker] : quarantined_) view.workers.push_back(worker);
   return view;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/log.h"
+#include "common/task_memory.h"
 #include "server/audit.h"
 #include "server/dispatcher.h"
 #include "server/slot_hint.h"
@@ -30,6 +31,8 @@ struct Session {
   double heard = 0;      // s, monotonic
   std::uint64_t ping = 0;
   double ping_sent = 0;
+  std::uint64_t work = 0;  // whose list of trials it has; 0: none
+  NetworkMemory has;       // of that work's networks
 };
 
 // A peer that drives a slot step by step.
@@ -115,7 +118,7 @@ class DispatchLoop {
   void finish_if_done();
   void follow_drain(Session& session);
   void tell_complete(const std::vector<std::uint32_t>& networks);
-  SendResult send_task(const Session& session, const Assignment& what);
+  SendResult send_task(Session& session, const Assignment& what);
   Session* find(WorkerId id);
   double now() const;
 
@@ -135,6 +138,7 @@ class DispatchLoop {
   std::unordered_map<std::string, zmq::message_t> assets_;
 
   Work work_;
+  std::uint64_t work_number_ = 0;
   std::vector<NetworkFrame> networks_;
   std::vector<std::vector<proto::Measurement>> measurements_;  // by network
   std::vector<std::uint8_t> told_;                             // by network: evaluated or poisoned

@@ -82,7 +82,8 @@ class RunLoop {
   Status hand_out(const std::vector<std::uint32_t>& pending, Work work);
   void take_journalled();
   void judge_generation(const TrialPlan& plan, const std::vector<Judgement>& judgements);
-  BestRecord best_of(const std::vector<double>& fitness) const;
+  std::string network_bytes(const neat::Genome& genome);  // serialised proto::Network
+  BestRecord best_of(const std::vector<double>& fitness);
   GenerationRecord describe(const std::vector<double>& fitness) const;
   void commit_judged();
   Result<std::vector<Judgement>> try_again(const std::vector<std::uint32_t>& genomes, const TrialPlan& plan,
@@ -114,7 +115,6 @@ class RunLoop {
 
   neat::Population population_;
   neat::Expressor expressor_;
-  std::vector<std::string> networks_;        // serialised, of the generation being evaluated
   std::vector<Evaluation> journalled_;       // of the generation that was interrupted
   std::vector<ValidationRecord> validated_;  // before the interruption
   std::deque<BestRecord> bests_;             // of the last champion.candidates generations

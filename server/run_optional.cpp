@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "common/digest.h"
+#include "common/network_pack.h"
 #include "neat/genome.h"
 #include "server/champion.h"
 #include "server/race.h"
@@ -20,12 +21,10 @@ Result<std::vector<Judgement>> RunLoop::try_again(const std::vector<std::uint32_
   const auto population = population_.ask();
   std::vector<BestRecord> candidates;
   for (const std::uint32_t i : genomes) {
-    if (networks_[i].empty())
-      networks_[i] = deterministic_bytes(neat::express_proto(population[i], config_.neat()));
     BestRecord candidate;
     candidate.generation = population_.generation();
     candidate.genome = population[i].id();
-    candidate.network = networks_[i];
+    candidate.network = network_bytes(population[i]);
     candidates.push_back(std::move(candidate));
   }
   return judge_candidates(candidates, plan, population_.generation(), lifts);
@@ -38,7 +37,9 @@ Result<std::vector<Judgement>> RunLoop::judge_candidates(const std::vector<BestR
   std::vector<NetworkFrame> frames;
   for (const BestRecord& candidate : candidates) {
     items.push_back({candidate.genome, candidate.generation});
-    frames.push_back({candidate.genome, to_frame(candidate.network)});
+    const auto packed = pack_serialised(candidate.network);
+    if (!packed) return tl::unexpected(packed.error());
+    frames.push_back({candidate.genome, to_frame(*packed)});
   }
   gather_.begin(Gather::Kind::kOptional, generation, std::move(items), plan.trials);
   gather_.pending();
