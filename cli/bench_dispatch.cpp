@@ -82,6 +82,7 @@ Result<DispatchFigures> measure(BenchMaster& master, FakeWorkers& workers, const
   const auto after = master.figures();
   if (!after) return tl::unexpected(after.error());
   seen.master = *after;
+  seen.master.seconds -= before->seconds;
   seen.master.cpu_seconds -= before->cpu_seconds;
   seen.master.evaluations -= before->evaluations;
   seen.master.tasks -= before->tasks;
@@ -97,6 +98,8 @@ Result<DispatchFigures> measure(BenchMaster& master, FakeWorkers& workers, const
 nlohmann::ordered_json document(const DispatchOptions& options, const DispatchFigures& seen) {
   const double evaluations = std::max<double>(1, static_cast<double>(seen.master.evaluations));
   const double tasks = std::max<double>(1, static_cast<double>(seen.master.tasks));
+  const double counted = std::max(1e-3, seen.master.seconds),
+               share = seen.master.cpu_seconds / seen.workers.seconds;
   return {{"workers", options.workers.workers},
           {"slots", options.workers.slots},
           {"task_ms", options.task_ms},
@@ -108,11 +111,11 @@ nlohmann::ordered_json document(const DispatchOptions& options, const DispatchFi
           {"curve", options.curve},
           {"seconds", seen.workers.seconds},
           {"busy_share", seen.busy},
-          {"evaluations_per_second", static_cast<double>(seen.master.evaluations) / seen.workers.seconds},
-          {"master_cpu_us", seen.master.cpu_seconds / evaluations * 1e6},
-          {"tasks_per_second", static_cast<double>(seen.master.tasks) / seen.workers.seconds},
-          {"master_cpu_us_a_task", seen.master.cpu_seconds / tasks * 1e6},
-          {"master_cpu_share", seen.master.cpu_seconds / seen.workers.seconds},
+          {"evaluations_per_second", static_cast<double>(seen.master.evaluations) / counted},
+          {"master_cpu_us", share * counted / evaluations * 1e6},
+          {"tasks_per_second", static_cast<double>(seen.master.tasks) / counted},
+          {"master_cpu_us_a_task", share * counted / tasks * 1e6},
+          {"master_cpu_share", share},
           {"bytes_sent", static_cast<double>(seen.master.bytes_sent) / evaluations},
           {"bytes_received", static_cast<double>(seen.master.bytes_received) / evaluations},
           {"bytes_sent_a_task", static_cast<double>(seen.master.bytes_sent) / tasks},

@@ -125,7 +125,8 @@ class Child {
     BenchMasterFigures f;
     f.cpu_seconds = cpu_seconds();
     f.resident_bytes = resident_bytes();
-    f.evaluations = gather_->evaluations();
+    f.seconds = view.seconds;
+    f.evaluations = view.evaluations;
     f.lost_workers = view.lost;
     f.refused = view.refused + view.malformed;
     f.workers = view.workers.size();

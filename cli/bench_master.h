@@ -24,7 +24,8 @@ struct BenchMasterOptions {
 };
 
 struct BenchMasterFigures {
-  double cpu_seconds = 0;  // user and system, all threads
+  double seconds = 0;      // when the counters below stood so; they are a moment old
+  double cpu_seconds = 0;  // user and system, all threads; of now
   std::uint64_t resident_bytes = 0;
   std::uint64_t evaluations = 0, lost_workers = 0, refused = 0, workers = 0;
   std::uint64_t tasks = 0;  // answered

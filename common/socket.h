@@ -23,7 +23,7 @@ struct CurveKeys {
 
 struct SocketOptions {
   std::int64_t max_frame_bytes = 64 << 20;  // a peer that sends a larger frame is disconnected
-  double heartbeat_seconds = 0.5;           // ZMTP ping interval; 0: none
+  double heartbeat_seconds = 2;             // ZMTP ping interval; 0: none
   // The transport is given up after this long without an answer. Masters and workers notice silence sooner,
   // by heartbeats of their own; this one is for what they do not watch. Not short: an I/O thread that gets no
   // processor looks at its timers before it looks at what has arrived.

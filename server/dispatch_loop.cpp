@@ -11,9 +11,12 @@ namespace evograsp::server {
 namespace {
 
 constexpr int kMessagesATurn = 512;
-constexpr double kAbsentSeconds = 0.2;    // between two ticks: this thread did not run, and heard nobody
-constexpr double kDeafFactor = 4;         // times the silence limit, while messages wait unread
-constexpr double kPatienceSeconds = 2;    // without workers, before it is worth a line in the log
+constexpr double kAbsentSeconds = 0.2;  // between two ticks: this thread did not run, and heard nobody
+constexpr double kDeafFactor = 4;       // times the silence limit, while messages wait unread
+constexpr double kPatienceSeconds = 2;  // without workers, before it is worth a line in the log
+constexpr double kPingEvery = 4;        // heartbeats, of a worker that is sent other things
+constexpr std::size_t kManyWorkers = 256;
+constexpr double kManyWorkersPump = 0.1;  // s
 constexpr double kSmallestTask = 2.5e-4;  // s: the scheduler gives out no less
 
 double unix_time() {
@@ -171,6 +174,7 @@ SendResult DispatchLoop::send_task(Session& session, const Assignment& what) {
   const SendResult result = send(router_, session.peer, std::move(head), std::move(bodies));
   if (result != SendResult::kSent) return result;
   totals_.bytes_sent += bytes;
+  session.told = now();
   if (anew) session.has.clear();
   session.work = work_number_;
   int known = 0;
@@ -280,9 +284,15 @@ void DispatchLoop::expire_tasks() {
 
 // ---- time ----
 
+// To those who have not been sent anything for a while, and to everybody now and then, for the round trip:
+// with thousands of busy workers, pings would be a good part of all messages.
 void DispatchLoop::send_heartbeats() {
   std::vector<Session*> gone;
   for (const auto& [id, session] : by_id_) {
+    const double quiet = now() - std::max(session->told, session->ping_sent);
+    if (quiet < options_.heartbeat_seconds &&
+        now() - session->ping_sent < kPingEvery * options_.heartbeat_seconds)
+      continue;
     proto::Envelope envelope = make_envelope(options_.stamp);
     envelope.mutable_heartbeat()->set_sequence(++session->ping);
     session->ping_sent = now();
@@ -293,17 +303,24 @@ void DispatchLoop::send_heartbeats() {
 
 void DispatchLoop::tick() {
   excuse_own_absence();
-  if (now() >= next_heartbeat_) {
-    next_heartbeat_ = now() + options_.heartbeat_seconds;
+  if (now() >= next_look_) {
+    next_look_ = now() + options_.heartbeat_seconds;
     lose_silent();
     forget_idle_clients();
-    send_heartbeats();
   }
+  send_heartbeats();
   expire_tasks();
   say_when_waiting();
   skip_audits();
-  pump_all();
+  pump_now_and_then();
   finish_if_done();
+}
+
+// For overdue tasks, and for workers whose queue was full. Most work is given out where a result comes in.
+void DispatchLoop::pump_now_and_then() {
+  if (by_id_.size() > kManyWorkers && now() < next_pump_) return;
+  next_pump_ = now() + kManyWorkersPump;
+  pump_all();
 }
 
 void DispatchLoop::say_when_waiting() {
@@ -336,6 +353,7 @@ DispatchView DispatchLoop::view() const {
   view.scheduler = scheduler_.counts();
   view.trial_seconds = scheduler_.trial_seconds();
   view.paused = paused_;
+  view.seconds = now();
   view.slots_wanted = hint_.slots();
   for (const auto& [id, session] : by_id_) {
     view.workers.push_back(session->view);

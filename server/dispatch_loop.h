@@ -31,6 +31,7 @@ struct Session {
   double heard = 0;      // s, monotonic
   std::uint64_t ping = 0;
   double ping_sent = 0;
+  double told = 0;         // when something was sent last
   std::uint64_t work = 0;  // whose list of trials it has; 0: none
   NetworkMemory has;       // of that work's networks
 };
@@ -114,6 +115,7 @@ class DispatchLoop {
   void report_poisoned();
   void pump(Session& session);
   void pump_all();
+  void pump_now_and_then();
   bool give_one(Session& session);
   void finish_if_done();
   void follow_drain(Session& session);
@@ -154,7 +156,8 @@ class DispatchLoop {
   SlotHint hint_;
   double busy_before_ = 0;  // busy_seconds when this work began
   bool paused_ = false;
-  double next_heartbeat_ = 0;
+  double next_look_ = 0;  // for silent workers
+  double next_pump_ = 0;
   double last_tick_ = 0;
   bool heard_all_ = true;    // nothing was waiting when last looked
   double alone_since_ = -1;  // s; work, but nobody to do it

@@ -75,6 +75,7 @@ struct DispatchView {
   double busy_seconds = 0;         // of all slots, wall
   std::uint64_t slots_wanted = 0;  // that the run could use (server/slot_hint.h); 0: not known yet
   bool paused = false;
+  double seconds = 0;             // of the dispatcher's life when this was seen
   std::vector<PeerView> workers;  // those connected, then those quarantined
 };
 

@@ -378,6 +378,7 @@ void Session::send_events() {
   for (SlotEvent& event : slots_->take_events()) {
     if (event.session != session_ || !master_listens()) continue;
     if (event.task != 0) --unfinished_;
+    next_beat_ = Clock::now() + milliseconds(heartbeat_seconds_);  // a result is news enough
     send(socket_, {}, std::move(event.frame));
   }
   if (!built_ || !built_->ready) return;
