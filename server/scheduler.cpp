@@ -228,10 +228,16 @@ void Scheduler::excuse(double seconds, double now) {
 
 std::vector<Scheduler::Hung> Scheduler::expire(double now) {
   std::vector<Hung> hung;
+  if (now <= no_hung_before_) return hung;
+  no_hung_before_ = now + options_.task_deadline;
   for (const auto& [number, task] : tasks_)
-    for (const Attempt& attempt : task.attempts)
-      if (attempt.started >= 0 && now - attempt.started > options_.task_deadline)
+    for (const Attempt& attempt : task.attempts) {
+      if (attempt.started < 0) continue;
+      if (now - attempt.started > options_.task_deadline)
         hung.push_back({attempt.worker, number});
+      else
+        no_hung_before_ = std::min(no_hung_before_, attempt.started + options_.task_deadline);
+    }
   for (const Hung& h : hung) {
     Worker& worker = workers_.at(h.worker);
     if (worker.slots > 0) {

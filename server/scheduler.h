@@ -225,6 +225,7 @@ class Scheduler {
   std::map<std::uint32_t, std::vector<Party>> not_by_;  // by audit
   std::unordered_map<std::uint64_t, Task> tasks_;
   std::uint64_t next_task_ = 1;
+  double no_hung_before_ = 0;  // nor can one be past its deadline: tens of thousands need not be looked at
   double no_straggler_before_ = 0;  // until then no task is overdue: thousands of idle slots need not look
   std::vector<Poisoned> poisoned_;
   SchedulerCounts counts_;
