@@ -82,8 +82,10 @@ Result<DispatchFigures> measure(BenchMaster& master, FakeWorkers& workers, const
   const auto after = master.figures();
   if (!after) return tl::unexpected(after.error());
   seen.master = *after;
+  seen.master.seconds -= before->seconds;
   seen.master.cpu_seconds -= before->cpu_seconds;
   seen.master.evaluations -= before->evaluations;
+  seen.master.tasks -= before->tasks;
   seen.master.bytes_sent -= before->bytes_sent;
   seen.master.bytes_received -= before->bytes_received;
   seen.grown_bytes =
@@ -95,19 +97,28 @@ Result<DispatchFigures> measure(BenchMaster& master, FakeWorkers& workers, const
 
 nlohmann::ordered_json document(const DispatchOptions& options, const DispatchFigures& seen) {
   const double evaluations = std::max<double>(1, static_cast<double>(seen.master.evaluations));
+  const double tasks = std::max<double>(1, static_cast<double>(seen.master.tasks));
+  const double counted = std::max(1e-3, seen.master.seconds),
+               share = seen.master.cpu_seconds / seen.workers.seconds;
   return {{"workers", options.workers.workers},
           {"slots", options.workers.slots},
           {"task_ms", options.task_ms},
-          {"genome_bytes", options.master.genome_bytes},
+          {"trials", options.master.trials},
+          {"genome_bytes", seen.master.genome_bytes},
+          {"network_bytes", seen.master.network_bytes},
+          {"packed_bytes", seen.master.packed_bytes},
           {"credit", options.master.credit},
           {"curve", options.curve},
           {"seconds", seen.workers.seconds},
           {"busy_share", seen.busy},
-          {"evaluations_per_second", static_cast<double>(seen.master.evaluations) / seen.workers.seconds},
-          {"master_cpu_us", seen.master.cpu_seconds / evaluations * 1e6},
-          {"master_cpu_share", seen.master.cpu_seconds / seen.workers.seconds},
+          {"evaluations_per_second", static_cast<double>(seen.master.evaluations) / counted},
+          {"master_cpu_us", share * counted / evaluations * 1e6},
+          {"tasks_per_second", static_cast<double>(seen.master.tasks) / counted},
+          {"master_cpu_us_a_task", share * counted / tasks * 1e6},
+          {"master_cpu_share", share},
           {"bytes_sent", static_cast<double>(seen.master.bytes_sent) / evaluations},
           {"bytes_received", static_cast<double>(seen.master.bytes_received) / evaluations},
+          {"bytes_sent_a_task", static_cast<double>(seen.master.bytes_sent) / tasks},
           {"resident_bytes", seen.master.resident_bytes},
           {"grown_bytes", seen.grown_bytes},
           {"workers_at_the_end", seen.master.workers},
@@ -118,21 +129,22 @@ nlohmann::ordered_json document(const DispatchOptions& options, const DispatchFi
 
 std::string text(const DispatchOptions& options, const DispatchFigures& seen) {
   const auto j = document(options, seen);
-  char line[512];
+  const auto number = [&](const char* name) { return j[name].get<double>(); };
+  char line[1024];
   std::snprintf(
       line, sizeof line,
-      "%d workers x %d slots, %g ms an evaluation, %zu B a genome, credit %u%s\n"
+      "%d workers x %d slots, %g ms a task, %u tasks an evaluation, credit %u%s\n"
+      "genome      %.0f B, its network %.0f B as protobuf, %.0f B as it travels\n"
       "busy        %.1f %% of the slots' time\n"
-      "master      %.0f evaluations/s, %.1f us CPU each, %.0f B out, %.0f B in, %.0f MB resident (%+.1f MB)\n"
-      "workers     %llu connected, %llu lost, %llu refused; the generator was late by %.1f ms at most\n",
-      options.workers.workers, options.workers.slots, options.task_ms, options.master.genome_bytes,
-      options.master.credit, options.curve ? ", CURVE" : "", 100 * seen.busy,
-      j["evaluations_per_second"].get<double>(), j["master_cpu_us"].get<double>(),
-      j["bytes_sent"].get<double>(), j["bytes_received"].get<double>(),
-      static_cast<double>(seen.master.resident_bytes) / 1e6, static_cast<double>(seen.grown_bytes) / 1e6,
-      static_cast<unsigned long long>(seen.master.workers),
-      static_cast<unsigned long long>(seen.master.lost_workers),
-      static_cast<unsigned long long>(seen.master.refused), 1000 * seen.workers.worst_late);
+      "master      %.0f tasks/s, %.1f us CPU each, %.0f MB resident (%+.1f MB)\n"
+      "bytes       %.0f out and %.0f in an evaluation\n"
+      "workers     %.0f connected, %.0f lost, %.0f refused; the generator was late by %.1f ms at most\n",
+      options.workers.workers, options.workers.slots, options.task_ms, options.master.trials,
+      options.master.credit, options.curve ? ", CURVE" : "", number("genome_bytes"), number("network_bytes"),
+      number("packed_bytes"), 100 * seen.busy, number("tasks_per_second"), number("master_cpu_us_a_task"),
+      number("resident_bytes") / 1e6, number("grown_bytes") / 1e6, number("bytes_sent"),
+      number("bytes_received"), number("workers_at_the_end"), number("workers_lost"), number("refused"),
+      number("generator_late_ms"));
   return line;
 }
 
@@ -144,8 +156,8 @@ int dispatch(DispatchOptions options) {
       options.workers.workers * options.workers.slots / std::max(1e-4, options.workers.mean_seconds);
   // Enough for the whole time, also when short times come up more often than not; never so much that it does
   // not fit.
-  options.master.evaluations = static_cast<std::uint32_t>(
-      std::min<double>(kMostEvaluations, 1000 + 1.3 * rate * (options.seconds + kWarmUp)));
+  options.master.evaluations = static_cast<std::uint32_t>(std::min<double>(
+      kMostEvaluations, 1000 + 1.3 * rate * (options.seconds + kWarmUp) / options.master.trials));
   if (const Status status = allow_descriptors(options.workers.workers); !status)
     return report(status.error());
   const auto master = BenchMaster::start(options.master);
@@ -173,7 +185,7 @@ void add_dispatch(CLI::App& bench, Outcome& outcome) {
   sub->add_option("--slots", options->workers.slots, "slots of each")
       ->check(CLI::Range(1, 4096))
       ->capture_default_str();
-  sub->add_option("--task-ms", options->task_ms, "what an evaluation takes, on average")
+  sub->add_option("--task-ms", options->task_ms, "what a task takes, on average")
       ->check(CLI::Range(0.01, 1e6))
       ->capture_default_str();
   static const std::map<std::string, WorkTimes> kTimes{{"fixed", WorkTimes::kFixed},
@@ -182,8 +194,11 @@ void add_dispatch(CLI::App& bench, Outcome& outcome) {
   sub->add_option("--times", options->workers.times, "fixed, uniform (0 to twice the mean) or exponential")
       ->transform(CLI::CheckedTransformer(kTimes))
       ->default_str("fixed");
-  sub->add_option("--genome-bytes", options->master.genome_bytes, "size of a genome on the wire")
-      ->check(CLI::Range(1, 1 << 20))
+  sub->add_option("--genome-bytes", options->master.genome_bytes, "size of a genotype as protobuf")
+      ->check(CLI::Range(500, 1 << 20))
+      ->capture_default_str();
+  sub->add_option("--trials", options->master.trials, "trials of an evaluation, a task each")
+      ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   sub->add_option("--credit", options->master.credit, "tasks in flight a slot (dispatch.credit)")
       ->check(CLI::Range(1, 1000))

@@ -15,6 +15,7 @@
 #include <fstream>
 #include <set>
 
+#include "cli/bench_genome.h"
 #include "common/zap.h"
 #include "score/score.h"
 #include "server/dispatcher.h"
@@ -23,6 +24,8 @@
 
 namespace evograsp::cli {
 namespace {
+
+constexpr std::uint64_t kSomeSeed = 0x9e3779b97f4a7c15;
 
 enum Order : char { kBegin = 'b', kFigures = 'f' };
 
@@ -68,6 +71,9 @@ class Child {
   }
 
   Result<std::string> open() {
+    auto genome = bench_genome(options_.genome_bytes);
+    if (!genome) return tl::unexpected(genome.error());
+    genome_ = std::move(*genome);
     std::string name = (std::filesystem::temp_directory_path() / "evograsp-bench-XXXXXX").string();
     if (mkdtemp(name.data()) == nullptr) return fail(ErrorCode::kIo, name + ": " + std::strerror(errno));
     folder_ = name;
@@ -97,7 +103,8 @@ class Child {
   }
 
   void begin_work() {
-    std::vector<proto::TrialKey> trials(1);
+    std::vector<proto::TrialKey> trials(options_.trials);
+    for (std::uint32_t i = 0; i < options_.trials; ++i) trials[i].set_seed(kSomeSeed * (i + 1));
     std::vector<server::Gather::Item> items(options_.evaluations);
     for (std::uint32_t i = 0; i < options_.evaluations; ++i) items[i].genome = i;
     gather_->begin(server::Gather::Kind::kGeneration, 0, std::move(items), trials);
@@ -107,7 +114,7 @@ class Child {
     work.networks = options_.evaluations;
     work.noop_seconds = 0;
     dispatcher_->begin(std::move(work));
-    frame_ = to_frame(std::string(options_.genome_bytes, 'n'));
+    frame_ = to_frame(genome_.packed);
     std::vector<server::NetworkFrame> frames;
     for (std::uint32_t i = 0; i < options_.evaluations; ++i) frames.push_back({i, share(frame_)});
     dispatcher_->add(0, std::move(frames));
@@ -118,10 +125,15 @@ class Child {
     BenchMasterFigures f;
     f.cpu_seconds = cpu_seconds();
     f.resident_bytes = resident_bytes();
-    f.evaluations = gather_->evaluations();
+    f.seconds = view.seconds;
+    f.evaluations = view.evaluations;
     f.lost_workers = view.lost;
     f.refused = view.refused + view.malformed;
     f.workers = view.workers.size();
+    f.tasks = view.tasks_done;
+    f.genome_bytes = genome_.genome_bytes;
+    f.network_bytes = genome_.network_bytes;
+    f.packed_bytes = genome_.packed.size();
     f.bytes_sent = view.bytes_sent;
     f.bytes_received = view.bytes_received;
     return f;
@@ -136,6 +148,7 @@ class Child {
   zmq::context_t context_{1};
   std::unique_ptr<Gatekeeper> gatekeeper_;
   std::unique_ptr<server::Dispatcher> dispatcher_;
+  BenchGenome genome_;
   zmq::message_t frame_;
 };
 

@@ -72,6 +72,7 @@ class FakeWorkersImpl : public FakeWorkers {
       if (epoll_ctl(epoll_, EPOLL_CTL_ADD, workers_[i].socket.get(zmq::sockopt::fd), &event) != 0)
         return fail(ErrorCode::kIo, std::string("epoll: ") + std::strerror(errno));
       say_hello(i);
+      read_all(i);
     }
     reset();
     return {};
@@ -123,7 +124,8 @@ class FakeWorkersImpl : public FakeWorkers {
     send(workers_[i].socket, {}, envelope);
   }
 
-  // The descriptor of a ZeroMQ socket tells of a change once: everything must be read, also after each send.
+  // The descriptor of a ZeroMQ socket tells only somebody who has found it empty: everything must be read, at
+  // the start and after each send.
   void read_all(std::uint32_t i) {
     Received message;
     while (receive(workers_[i].socket, false, arena_, message)) {
@@ -167,7 +169,7 @@ class FakeWorkersImpl : public FakeWorkers {
     FakeTask fake;
     fake.id = task.id();
     fake.attempt = task.attempt();
-    fake.trials = static_cast<std::uint32_t>(task.trial_size());
+    fake.trials = task.trials();
     fake.networks.assign(task.network().begin(), task.network().end());
     fake.came = now();
     for (std::size_t n = 0; n < fake.networks.size() * fake.trials; ++n) fake.seconds += draw();
@@ -221,7 +223,6 @@ class FakeWorkersImpl : public FakeWorkers {
     proto::TaskResult& result = *envelope.mutable_result();
     result.set_id(task.id);
     result.set_attempt(task.attempt);
-    for (const std::uint64_t network : task.networks) result.add_network(network);
     for (std::size_t n = 0; n < task.networks.size() * task.trials; ++n)
       result.add_measurement()->set_outcome(proto::MISSED);
     result.set_wall_nanoseconds(static_cast<std::uint64_t>(task.seconds * 1e9));

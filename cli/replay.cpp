@@ -4,6 +4,7 @@
 
 #include "cli/json_values.h"
 #include "cli/report.h"
+#include "common/network_pack.h"
 #include "common/wire.h"
 #include "score/score.h"
 #include "server/store_reader.h"
@@ -70,8 +71,13 @@ proto::TaskResult run_trial(worker::Evaluator& evaluator, const Replay& replay, 
   *task.add_trial() = key;
   task.set_trial_set(key.seed());
   std::vector<zmq::message_t> networks;
-  networks.push_back(to_frame(replay.poison.network));
   proto::TaskResult result;
+  const auto packed = pack_serialised(replay.poison.network);
+  if (!packed) {
+    result.set_error(packed.error().message);
+    return result;
+  }
+  networks.push_back(to_frame(*packed));
   evaluator.evaluate(task, networks, result);
   return result;
 }

@@ -3,6 +3,7 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstring>
 
@@ -23,8 +24,15 @@ void apply(zmq::socket_t& socket, const SocketOptions& options) {
   if (options.heartbeat_seconds > 0) {
     socket.set(zmq::sockopt::heartbeat_ivl, milliseconds(options.heartbeat_seconds));
     socket.set(zmq::sockopt::heartbeat_timeout, milliseconds(options.silence_seconds));
-    socket.set(zmq::sockopt::heartbeat_ttl, milliseconds(options.silence_seconds));
+    socket.set(zmq::sockopt::heartbeat_ttl,
+               milliseconds(options.heartbeat_seconds + options.silence_seconds));
   }
+  const int third = std::max(1, static_cast<int>(options.silence_seconds / 3));
+  socket.set(zmq::sockopt::tcp_keepalive, 1);
+  socket.set(zmq::sockopt::tcp_keepalive_idle, third);
+  socket.set(zmq::sockopt::tcp_keepalive_intvl, third);
+  socket.set(zmq::sockopt::tcp_keepalive_cnt, 2);
+  socket.set(zmq::sockopt::tcp_maxrt, milliseconds(options.silence_seconds));
   // A peer that connects and says nothing holds a descriptor this long and no longer.
   socket.set(zmq::sockopt::handshake_ivl, 5000);
 }

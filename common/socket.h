@@ -23,10 +23,13 @@ struct CurveKeys {
 
 struct SocketOptions {
   std::int64_t max_frame_bytes = 64 << 20;  // a peer that sends a larger frame is disconnected
-  double heartbeat_seconds = 0.5;           // ZMTP ping interval; 0: none
-  // The transport is given up after this long without an answer. Masters and workers notice silence sooner,
-  // by heartbeats of their own; this one is for what they do not watch. Not short: an I/O thread that gets no
-  // processor looks at its timers before it looks at what has arrived.
+  // ZMTP ping interval; 0: none. For peers whose kernel lives and who themselves do not. Long: libzmq looks
+  // through all its timers for each ping, of thousands of connections.
+  double heartbeat_seconds = 10;
+  // The transport is given up after this long without an answer to a ping, to the kernel's own (TCP
+  // keep-alive) or to data. Masters and workers notice silence sooner, by heartbeats of their own; this one
+  // is for what they do not watch. Not short: an I/O thread that gets no processor looks at its timers before
+  // it looks at what has arrived.
   double silence_seconds = 6;
   int high_water = 1000;           // messages queued a peer
   std::optional<CurveKeys> curve;  // absent: plain text

@@ -98,7 +98,8 @@ json workers_json(const RunSnapshot& snapshot) {
          {"trials", w.trials},
          {"trials_per_second", number(w.trials_per_second)},
          {"silent_seconds", number(w.silent_seconds)},
-         {"round_trip_seconds", w.round_trip_seconds > 0 ? number(w.round_trip_seconds) : json(nullptr)}});
+         {"round_trip_seconds", w.round_trip_seconds > 0 ? number(w.round_trip_seconds) : json(nullptr)},
+         {"trial_seconds", w.trial_seconds > 0 ? number(w.trial_seconds) : json(nullptr)}});
     list.push_back(std::move(one));
   }
   return {{"workers", std::move(list)}};
@@ -218,7 +219,8 @@ Result<json> workers_json(StoreReader& reader) {
          {"trials", w.trials},
          {"trials_per_second", seconds > 0 ? number(static_cast<double>(w.trials) / seconds) : json(0.0)},
          {"silent_seconds", number(std::max(0.0, unix_time() - w.last_seen))},
-         {"round_trip_seconds", nullptr}});
+         {"round_trip_seconds", nullptr},
+         {"trial_seconds", nullptr}});
     list.push_back(std::move(one));
   }
   return json{{"workers", std::move(list)}};

@@ -39,7 +39,7 @@ std::string opinion_of(const proto::TaskResult& result, int network, std::uint32
 // complete.
 void DispatchLoop::book(const Session& session, const Assignment& what, const proto::TaskResult& result) {
   if (what.audit != 0) return hear(session, what, result);
-  names_.emplace(session.party, session.view.identity);
+  names_.try_emplace(session.party, session.view.identity);
   int next = 0, position = 0;
   for (const std::uint32_t network : what.networks) {
     const Piece piece{network, what.first_trial, what.trials};
@@ -57,7 +57,7 @@ void DispatchLoop::book(const Session& session, const Assignment& what, const pr
 
 // A second opinion, or a third.
 void DispatchLoop::hear(const Session& session, const Assignment& what, const proto::TaskResult& result) {
-  names_.emplace(session.party, session.view.identity);
+  names_.try_emplace(session.party, session.view.identity);
   if (told_[what.networks.front()] != 0) return;
   const Auditor::Verdict verdict =
       auditor_.opinion(what.audit, session.party, opinion_of(result, 0, what.trials));

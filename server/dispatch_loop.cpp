@@ -3,18 +3,30 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/digest.h"
+#include "common/network_pack.h"
+
 namespace evograsp::server {
 
 namespace {
 
 constexpr int kMessagesATurn = 512;
-constexpr double kAbsentSeconds = 0.2;    // between two ticks: this thread did not run, and heard nobody
-constexpr double kDeafFactor = 4;         // times the silence limit, while messages wait unread
-constexpr double kPatienceSeconds = 2;    // without workers, before it is worth a line in the log
+constexpr double kAbsentSeconds = 0.2;  // between two ticks: this thread did not run, and heard nobody
+constexpr double kDeafFactor = 4;       // times the silence limit, while messages wait unread
+constexpr double kPatienceSeconds = 2;  // without workers, before it is worth a line in the log
+constexpr double kPingEvery = 4;        // heartbeats, of a worker that is sent other things
+constexpr std::size_t kManyWorkers = 256;
+constexpr double kManyWorkersPump = 0.1;  // s
 constexpr double kSmallestTask = 2.5e-4;  // s: the scheduler gives out no less
 
 double unix_time() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+// As a file or a person wants it; as it came when it is no packed network (benchmarks).
+std::string plain_network(const zmq::message_t& bytes) {
+  const auto network = unpack_network(bytes.to_string_view());
+  return network ? deterministic_bytes(network->to_proto()) : bytes.to_string();
 }
 
 }  // namespace
@@ -42,6 +54,7 @@ Session* DispatchLoop::find(WorkerId id) {
 
 void DispatchLoop::begin(Work work) {
   work_ = std::move(work);
+  ++work_number_;
   networks_.clear();
   networks_.resize(work_.networks);
   measurements_.clear();
@@ -130,7 +143,8 @@ bool DispatchLoop::give_one(Session& session) {
   return false;
 }
 
-SendResult DispatchLoop::send_task(const Session& session, const Assignment& what) {
+// What the worker has is left out (common/task_memory.h).
+SendResult DispatchLoop::send_task(Session& session, const Assignment& what) {
   proto::Envelope envelope = make_envelope(options_.stamp);
   proto::Task& task = *envelope.mutable_task();
   task.set_id(what.task);
@@ -139,17 +153,39 @@ SendResult DispatchLoop::send_task(const Session& session, const Assignment& wha
   task.set_trial_set(work_.trial_set);
   if (what.suspect) task.set_suspect(true);
   if (work_.noop_seconds) task.set_noop_seconds(*work_.noop_seconds);
-  for (std::uint32_t i = 0; i < what.trials; ++i) *task.add_trial() = work_.trials[what.first_trial + i];
+  const bool anew = session.work != work_number_;
+  if (anew) task.mutable_trial()->Add(work_.trials.begin(), work_.trials.end());
+  task.set_first_trial(what.first_trial);
+  task.set_trials(what.trials);
   std::vector<zmq::message_t> bodies;
   bodies.reserve(what.networks.size());
+  std::size_t bytes = 0;
   for (const std::uint32_t network : what.networks) {
+    if (!anew && session.has.has(networks_[network].id)) {
+      task.add_known(static_cast<std::uint32_t>(task.network_size()));
+    } else {
+      bodies.push_back(share(networks_[network].bytes));
+      bytes += bodies.back().size();
+    }
     task.add_network(networks_[network].id);
-    bodies.push_back(share(networks_[network].bytes));
-    totals_.bytes_sent += bodies.back().size();
   }
   zmq::message_t head = to_frame(envelope);
-  totals_.bytes_sent += head.size();
-  return send(router_, session.peer, std::move(head), std::move(bodies));
+  bytes += head.size();
+  const SendResult result = send(router_, session.peer, std::move(head), std::move(bodies));
+  if (result != SendResult::kSent) return result;
+  totals_.bytes_sent += bytes;
+  session.told = now();
+  if (anew) session.has.clear();
+  session.work = work_number_;
+  int known = 0;
+  for (int i = 0; i < task.network_size(); ++i) {
+    if (known < task.known_size() && task.known(known) == static_cast<std::uint32_t>(i)) {
+      ++known;
+      continue;
+    }
+    session.has.add(task.network(i), {}, networks_[what.networks[static_cast<std::size_t>(i)]].bytes.size());
+  }
+  return result;
 }
 
 void DispatchLoop::tell_complete(const std::vector<std::uint32_t>& networks) {
@@ -172,7 +208,7 @@ void DispatchLoop::report_poisoned() {
   for (Poisoned& poisoned : scheduler_.take_poisoned()) {
     ++totals_.poisoned;
     told_[poisoned.network] = 1;
-    poisoned.bytes = networks_[poisoned.network].bytes.to_string();
+    poisoned.bytes = plain_network(networks_[poisoned.network].bytes);
     sink_.poisoned(poisoned);
   }
 }
@@ -248,9 +284,15 @@ void DispatchLoop::expire_tasks() {
 
 // ---- time ----
 
+// To those who have not been sent anything for a while, and to everybody now and then, for the round trip:
+// with thousands of busy workers, pings would be a good part of all messages.
 void DispatchLoop::send_heartbeats() {
   std::vector<Session*> gone;
   for (const auto& [id, session] : by_id_) {
+    const double quiet = now() - std::max(session->told, session->ping_sent);
+    if (quiet < options_.heartbeat_seconds &&
+        now() - session->ping_sent < kPingEvery * options_.heartbeat_seconds)
+      continue;
     proto::Envelope envelope = make_envelope(options_.stamp);
     envelope.mutable_heartbeat()->set_sequence(++session->ping);
     session->ping_sent = now();
@@ -261,17 +303,24 @@ void DispatchLoop::send_heartbeats() {
 
 void DispatchLoop::tick() {
   excuse_own_absence();
-  if (now() >= next_heartbeat_) {
-    next_heartbeat_ = now() + options_.heartbeat_seconds;
+  if (now() >= next_look_) {
+    next_look_ = now() + options_.heartbeat_seconds;
     lose_silent();
     forget_idle_clients();
-    send_heartbeats();
   }
+  send_heartbeats();
   expire_tasks();
   say_when_waiting();
   skip_audits();
-  pump_all();
+  pump_now_and_then();
   finish_if_done();
+}
+
+// For overdue tasks, and for workers whose queue was full. Most work is given out where a result comes in.
+void DispatchLoop::pump_now_and_then() {
+  if (by_id_.size() > kManyWorkers && now() < next_pump_) return;
+  next_pump_ = now() + kManyWorkersPump;
+  pump_all();
 }
 
 void DispatchLoop::say_when_waiting() {
@@ -304,10 +353,12 @@ DispatchView DispatchLoop::view() const {
   view.scheduler = scheduler_.counts();
   view.trial_seconds = scheduler_.trial_seconds();
   view.paused = paused_;
+  view.seconds = now();
   view.slots_wanted = hint_.slots();
   for (const auto& [id, session] : by_id_) {
     view.workers.push_back(session->view);
     view.workers.back().outstanding = scheduler_.outstanding(id);
+    view.workers.back().trial_seconds = scheduler_.trial_seconds(id);
   }
   for (const auto& [identity, worker] : quarantined_) view.workers.push_back(worker);
   return view;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/log.h"
+#include "common/task_memory.h"
 #include "server/audit.h"
 #include "server/dispatcher.h"
 #include "server/slot_hint.h"
@@ -30,6 +31,9 @@ struct Session {
   double heard = 0;      // s, monotonic
   std::uint64_t ping = 0;
   double ping_sent = 0;
+  double told = 0;         // when something was sent last
+  std::uint64_t work = 0;  // whose list of trials it has; 0: none
+  NetworkMemory has;       // of that work's networks
 };
 
 // A peer that drives a slot step by step.
@@ -111,11 +115,12 @@ class DispatchLoop {
   void report_poisoned();
   void pump(Session& session);
   void pump_all();
+  void pump_now_and_then();
   bool give_one(Session& session);
   void finish_if_done();
   void follow_drain(Session& session);
   void tell_complete(const std::vector<std::uint32_t>& networks);
-  SendResult send_task(const Session& session, const Assignment& what);
+  SendResult send_task(Session& session, const Assignment& what);
   Session* find(WorkerId id);
   double now() const;
 
@@ -135,6 +140,7 @@ class DispatchLoop {
   std::unordered_map<std::string, zmq::message_t> assets_;
 
   Work work_;
+  std::uint64_t work_number_ = 0;
   std::vector<NetworkFrame> networks_;
   std::vector<std::vector<proto::Measurement>> measurements_;  // by network
   std::vector<std::uint8_t> told_;                             // by network: evaluated or poisoned
@@ -150,7 +156,8 @@ class DispatchLoop {
   SlotHint hint_;
   double busy_before_ = 0;  // busy_seconds when this work began
   bool paused_ = false;
-  double next_heartbeat_ = 0;
+  double next_look_ = 0;  // for silent workers
+  double next_pump_ = 0;
   double last_tick_ = 0;
   bool heard_all_ = true;    // nothing was waiting when last looked
   double alone_since_ = -1;  // s; work, but nobody to do it

@@ -212,6 +212,7 @@ void DispatchLoop::on_ready(Session& session, const proto::Ready& ready) {
     return end_session(session, Departure::kLeft, "another experiment");
   }
   session.ready = true;
+  scheduler_.set_estimate(session.id, ready.trial_seconds());
   scheduler_.set_active(session.id, session.view.state == "active");
   pump(session);
 }

@@ -8,8 +8,10 @@
 
 #include "common/digest.h"
 #include "common/log.h"
+#include "common/network_pack.h"
 #include "neat/genome.h"
 #include "server/champion.h"
+#include "server/footprint.h"
 
 namespace evograsp::server {
 
@@ -90,9 +92,10 @@ Status RunLoop::evolve_one(bool resumed) {
   const TrialPlan plan = plan_generation(config_, generation);
   generation_start_ = std::chrono::steady_clock::now();
   const auto genomes = population_.ask();
+  if (Status status = check_footprint(config_, genomes, plan.trials.size(), machine_memory()); !status)
+    return status;
   position_.generation = generation;
   position_.wanted = static_cast<std::uint32_t>(genomes.size());
-  networks_.assign(genomes.size(), {});
   std::vector<Gather::Item> items(genomes.size());
   for (std::size_t i = 0; i < genomes.size(); ++i) items[i] = {genomes[i].id(), generation};
   gather_.begin(Gather::Kind::kGeneration, generation, std::move(items), plan.trials);
@@ -147,9 +150,10 @@ Status RunLoop::hand_out(const std::vector<std::uint32_t>& pending, Work work) {
   proto::Network network;
   std::uint32_t first = 0;
   for (std::uint32_t i = 0; i < genomes.size(); ++i) {
-    expressor_.express(genomes[i], network);
-    networks_[i] = deterministic_bytes(network);
-    if (wanted[i]) batch.push_back({genomes[i].id(), to_frame(networks_[i])});
+    if (wanted[i]) {
+      expressor_.express(genomes[i], network);
+      batch.push_back({genomes[i].id(), to_frame(pack_network(network))});
+    }
     if (batch.size() < most && i + 1 < genomes.size()) continue;
     most *= 2;
     const auto count = static_cast<std::uint32_t>(batch.size());
@@ -185,7 +189,13 @@ void RunLoop::judge_generation(const TrialPlan& plan, const std::vector<Judgemen
   describe_elites(*judged_);
 }
 
-BestRecord RunLoop::best_of(const std::vector<double>& fitness) const {
+std::string RunLoop::network_bytes(const neat::Genome& genome) {
+  proto::Network network;
+  expressor_.express(genome, network);
+  return deterministic_bytes(network);
+}
+
+BestRecord RunLoop::best_of(const std::vector<double>& fitness) {
   std::size_t best = 0;
   for (std::size_t i = 1; i < fitness.size(); ++i)
     if (rank_value(fitness[i]) > rank_value(fitness[best])) best = i;
@@ -195,8 +205,7 @@ BestRecord RunLoop::best_of(const std::vector<double>& fitness) const {
   record.genome = genome.id();
   record.fitness = fitness[best];
   record.genotype = deterministic_bytes(neat::to_proto(genome));
-  record.network = networks_[best].empty() ? deterministic_bytes(neat::express_proto(genome, config_.neat()))
-                                           : networks_[best];
+  record.network = network_bytes(genome);
   return record;
 }
 

@@ -89,7 +89,8 @@ class RunLoop {
   Status hand_out(const std::vector<std::uint32_t>& pending, Work work);
   void take_journalled();
   void judge_generation(const TrialPlan& plan, const std::vector<Judgement>& judgements);
-  BestRecord best_of(const std::vector<double>& fitness) const;
+  std::string network_bytes(const neat::Genome& genome);  // serialised proto::Network
+  BestRecord best_of(const std::vector<double>& fitness);
   void describe_elites(Committed& entry);
   GenerationRecord describe(const std::vector<double>& fitness) const;
   void commit_judged();
@@ -126,7 +127,6 @@ class RunLoop {
 
   neat::Population population_;
   neat::Expressor expressor_;
-  std::vector<std::string> networks_;   // serialised, of the generation being evaluated
   std::vector<Evaluation> journalled_;  // of the generation that was interrupted
   Journalled journalled_optional_;
   std::optional<std::uint32_t> decided_rounds_;  // of its race

@@ -8,6 +8,7 @@
 
 #include "common/digest.h"
 #include "common/log.h"
+#include "common/network_pack.h"
 #include "neat/genome.h"
 #include "server/champion.h"
 #include "server/race.h"
@@ -21,12 +22,10 @@ Result<std::vector<Judgement>> RunLoop::try_again(const std::vector<std::uint32_
   const auto population = population_.ask();
   std::vector<BestRecord> candidates;
   for (const std::uint32_t i : genomes) {
-    if (networks_[i].empty())
-      networks_[i] = deterministic_bytes(neat::express_proto(population[i], config_.neat()));
     BestRecord candidate;
     candidate.generation = population_.generation();
     candidate.genome = population[i].id();
-    candidate.network = networks_[i];
+    candidate.network = network_bytes(population[i]);
     candidates.push_back(std::move(candidate));
   }
   return judge_candidates(candidates, plan, population_.generation(), lifts);
@@ -40,8 +39,11 @@ Result<std::vector<Judgement>> RunLoop::judge_candidates(const std::vector<BestR
   gather_.begin(Gather::Kind::kGeneration, generation, std::move(items), plan.trials, plan.stage);
   take_journalled_optional(candidates, plan, generation);
   std::vector<NetworkFrame> frames;
-  for (const std::uint32_t i : gather_.pending())
-    frames.push_back({candidates[i].genome, to_frame(candidates[i].network)});
+  for (const std::uint32_t i : gather_.pending()) {
+    const auto packed = pack_serialised(candidates[i].network);
+    if (!packed) return tl::unexpected(packed.error());
+    frames.push_back({candidates[i].genome, to_frame(*packed)});
+  }
   if (!frames.empty()) {
     Work work;
     work.generation = generation;

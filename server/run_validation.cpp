@@ -4,6 +4,7 @@
 
 #include "common/digest.h"
 #include "common/log.h"
+#include "common/network_pack.h"
 #include "server/champion.h"
 #include "server/run_loop.h"
 
@@ -32,8 +33,11 @@ Status RunLoop::validate() {
     dispatcher_.begin(
         {judged_generations_, plan.set, plan.trials, false, static_cast<std::uint32_t>(pending.size()), {}});
     std::vector<NetworkFrame> frames;
-    for (const std::uint32_t i : pending)
-      frames.push_back({finalists[i].genome, to_frame(finalists[i].network)});
+    for (const std::uint32_t i : pending) {
+      const auto packed = pack_serialised(finalists[i].network);
+      if (!packed) return tl::unexpected(packed.error());
+      frames.push_back({finalists[i].genome, to_frame(*packed)});
+    }
     dispatcher_.add(0, std::move(frames));
   }
   if (Status status = wait_for_work(); !status || stopped_) return status;

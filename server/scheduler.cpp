@@ -8,19 +8,10 @@ namespace evograsp::server {
 
 namespace {
 
-constexpr double kFirstGuess = 1e-4;              // s a trial, before any has been measured
-constexpr double kLiftGuess = 0.08;               // s, the same of a lift test
-constexpr double kSmallestTask = 2.5e-4;          // s: below this, sending costs more than it spreads
-constexpr std::uint32_t kShare = 2;               // tasks a slot that the remaining work is cut into
-constexpr std::size_t kMaxTaskBytes = 256 << 10;  // of networks in one message: heartbeats queue behind it
-constexpr std::size_t kMaxTaskNetworks = 256;
-constexpr double kMaxTaskTrials = 16384;  // their result stays within half of kMaxEnvelopeToMaster
-constexpr std::uint32_t kMaxCredit = 64;
-constexpr std::size_t kMaxWorkerBytes = 4 << 20;  // of networks in flight beyond the least credit
-constexpr std::size_t kRoundTrips = 16;           // heartbeats that the shortest round trip is taken of
-constexpr std::uint32_t kMaxCopies = 2;           // of one task at a time
-constexpr double kStragglerFactor = 3;            // times its expected duration, before a task is copied
-constexpr double kStragglerGrace = 0.02;          // s
+constexpr double kFirstGuess = 1e-4;                     // s a trial, before any has been measured
+constexpr double kLeastTrial = 1e-7, kMostTrial = 3600;  // s a trial that is believed
+constexpr double kLiftGuess = 0.08;                      // s, the same of a lift test
+constexpr std::size_t kRoundTrips = 16;  // heartbeats that the shortest round trip is taken of
 constexpr double kLearningRate = 0.2;
 constexpr std::uint8_t kLossesToSuspect = 2;
 
@@ -37,6 +28,7 @@ void Scheduler::join(WorkerId worker, std::uint32_t slots, Party party) {
 
 void Scheduler::set_active(WorkerId worker, bool active) {
   workers_.at(worker).active = active;
+  if (!active) give_up_rest(worker);
 }
 
 void Scheduler::leave(WorkerId id, Departure departure) {
@@ -45,6 +37,7 @@ void Scheduler::leave(WorkerId id, Departure departure) {
   Worker worker = std::move(found->second);
   workers_.erase(found);
   total_slots_ -= worker.slots;
+  give_up_rest(id);
   // Backwards, because requeue() puts work at the front: the oldest task shall be the first again.
   const std::vector<std::uint64_t> held = worker.tasks;
   for (auto task = held.rbegin(); task != held.rend(); ++task) {
@@ -64,6 +57,11 @@ void Scheduler::set_round_trip(WorkerId worker, double seconds) {
   std::deque<double>& last = workers_.at(worker).round_trips;
   last.push_back(seconds);
   if (last.size() > kRoundTrips) last.pop_front();
+}
+
+void Scheduler::set_estimate(WorkerId worker, double trial_seconds) {
+  if (trial_seconds >= kLeastTrial && trial_seconds <= kMostTrial)
+    workers_.at(worker).estimate = trial_seconds;
 }
 
 void Scheduler::begin(std::uint32_t networks, std::uint32_t trials, bool lifts) {
@@ -94,46 +92,14 @@ void Scheduler::abandon() {
   }
   tasks_.clear();
   queue_.clear();
+  rests_.clear();
   suspects_.clear();
   audits_.clear();
   not_by_.clear();
   poisoned_.clear();
   networks_left_ = 0;
   trials_pending_ = 0;
-}
-
-double Scheduler::cost(const Worker& worker) const {
-  return worker.trial_seconds[kind_] > 0 ? worker.trial_seconds[kind_] : trial_seconds_[kind_];
-}
-
-std::uint32_t Scheduler::credit(const Worker& worker) const {
-  const double task =
-      std::max(kSmallestTask, std::min(options_.task_seconds, task_trials(worker) * cost(worker)));
-  const std::deque<double>& trips = worker.round_trips;
-  const double round_trip = trips.empty() ? 0 : *std::min_element(trips.begin(), trips.end());
-  const double wanted = 1 + std::ceil(round_trip / task);
-  const double slot =
-      std::clamp(wanted, static_cast<double>(options_.credit), static_cast<double>(kMaxCredit));
-  return worker.slots * static_cast<std::uint32_t>(slot);
-}
-
-// More than the least credit only while it is cheap: megabytes that wait for a starved worker are megabytes
-// that nobody else can take.
-bool Scheduler::full(const Worker& worker) const {
-  if (worker.tasks.size() >= credit(worker)) return true;
-  const std::size_t least = static_cast<std::size_t>(worker.slots) * std::max(1U, options_.credit);
-  return worker.tasks.size() >= least && worker.bytes >= kMaxWorkerBytes;
-}
-
-std::uint32_t Scheduler::task_trials(const Worker& worker) const {
-  const double each = cost(worker);
-  // Of a generation that is still being handed out, only what is here can be spread.
-  const auto here =
-      static_cast<double>(std::min<std::uint64_t>(trials_pending_, queue_.size() * std::uint64_t{trials_}));
-  const double guided = here / (std::max(1U, total_slots_) * kShare);
-  const double most = options_.task_seconds / each;
-  const double least = kSmallestTask / each;
-  return static_cast<std::uint32_t>(std::clamp(std::max(least, std::min(guided, most)), 1.0, kMaxTaskTrials));
+  no_straggler_before_ = 0;
 }
 
 std::optional<Assignment> Scheduler::next(WorkerId id, double now) {
@@ -144,9 +110,9 @@ std::optional<Assignment> Scheduler::next(WorkerId id, double now) {
   if (full(worker)) return std::nullopt;
   if (!audits_.empty())
     if (auto audit = next_audit(id, worker, now)) return audit;
-  if (!queue_.empty()) {
+  if (!queue_.empty() || !rests_.empty()) {
     Task task;
-    task.what = cut(worker);
+    task.what = cut(id, worker);
     return give(id, worker, tasks_.emplace(task.what.task, std::move(task)).first->second, now);
   }
   // Copies are for idle slots only: work that waits its turn elsewhere may still be in time.
@@ -181,60 +147,6 @@ bool Scheduler::struck_all(std::uint32_t network) const {
     const bool works = entry.second.active && entry.second.slots > 0;
     return works && std::find(struck.begin(), struck.end(), entry.first) == struck.end();
   });
-}
-
-// Takes units from the front of the queue: whole ones of the same trials while they fit, or a part of a large
-// one.
-Assignment Scheduler::cut(const Worker& worker) {
-  const std::uint32_t target = task_trials(worker);
-  Assignment what;
-  what.task = next_task_++;
-  Unit& front = queue_.front();
-  what.first_trial = front.first;
-  what.trials = std::min(front.count, target);
-  // A remainder of less than half a task would cost more than it spreads.
-  if (front.count - what.trials < (what.trials + 1) / 2) what.trials = front.count;
-  if (what.trials < front.count) {
-    what.networks.push_back(front.network);
-    front.first += what.trials;
-    front.count -= what.trials;
-    trials_pending_ -= what.trials;
-    return what;
-  }
-  std::size_t bytes = 0;
-  while (!queue_.empty() && what.networks.size() < kMaxTaskNetworks) {
-    const Unit unit = queue_.front();
-    bytes += bytes_[unit.network];
-    const bool first = what.networks.empty();
-    const bool fits = bytes <= kMaxTaskBytes && (what.networks.size() + 1) * what.trials <= target;
-    const bool same = unit.first == what.first_trial && unit.count == what.trials;
-    if (!first && !(same && fits)) break;
-    what.networks.push_back(unit.network);
-    trials_pending_ -= unit.count;
-    queue_.pop_front();
-  }
-  return what;
-}
-
-// The task that has been out longest, beyond what it should take, with a copy to spare and none of it on this
-// worker.
-Scheduler::Task* Scheduler::straggler(WorkerId id, double now) {
-  Task* oldest = nullptr;
-  for (auto& [number, task] : tasks_) {
-    if (task.attempts.size() >= kMaxCopies || task.what.suspect) continue;
-    const Attempt& attempt = task.attempts.front();
-    if (attempt.worker == id || !may(workers_.at(id), task.what.audit)) continue;
-    const double work =
-        trial_seconds_[kind_] * task.what.trials * static_cast<double>(task.what.networks.size());
-    const double since = attempt.started >= 0 ? attempt.started : attempt.sent;
-    const std::deque<double>& trips = workers_.at(attempt.worker).round_trips;
-    const double round_trip = trips.empty() ? 0 : trips.back();  // queues included
-    if (now - since < kStragglerFactor * work + round_trip + kStragglerGrace) continue;
-    const bool older = oldest == nullptr || attempt.sent < oldest->attempts.front().sent ||
-                       (attempt.sent == oldest->attempts.front().sent && number < oldest->what.task);
-    if (older) oldest = &task;
-  }
-  return oldest;
 }
 
 Assignment Scheduler::give(WorkerId id, Worker& worker, Task& task, double now) {
@@ -295,7 +207,7 @@ Scheduler::Accepted Scheduler::result(WorkerId id, std::uint64_t number, double 
 }
 
 void Scheduler::learn(Worker& worker, double seconds, std::size_t trials) {
-  const double each = std::max(1e-7, seconds / static_cast<double>(trials));
+  const double each = std::max(kLeastTrial, seconds / static_cast<double>(trials));
   double& own = worker.trial_seconds[kind_];
   own = own > 0 ? own + kLearningRate * (each - own) : each;
   trial_seconds_[kind_] += kLearningRate * (each - trial_seconds_[kind_]);
@@ -316,10 +228,16 @@ void Scheduler::excuse(double seconds, double now) {
 
 std::vector<Scheduler::Hung> Scheduler::expire(double now) {
   std::vector<Hung> hung;
+  if (now <= no_hung_before_) return hung;
+  no_hung_before_ = now + options_.task_deadline;
   for (const auto& [number, task] : tasks_)
-    for (const Attempt& attempt : task.attempts)
-      if (attempt.started >= 0 && now - attempt.started > options_.task_deadline)
+    for (const Attempt& attempt : task.attempts) {
+      if (attempt.started < 0) continue;
+      if (now - attempt.started > options_.task_deadline)
         hung.push_back({attempt.worker, number});
+      else
+        no_hung_before_ = std::min(no_hung_before_, attempt.started + options_.task_deadline);
+    }
   for (const Hung& h : hung) {
     Worker& worker = workers_.at(h.worker);
     if (worker.slots > 0) {
@@ -379,6 +297,11 @@ void Scheduler::poison(std::uint32_t network) {
     std::erase_if(units, [&](const Unit& unit) { return unit.network == network; });
   };
   drop(queue_);
+  std::erase_if(rests_, [&](const auto& entry) {
+    if (entry.second.network != network) return false;
+    trials_pending_ -= entry.second.count;
+    return true;
+  });
   drop(suspects_);
   drop(audits_);
 }
@@ -389,6 +312,11 @@ std::vector<Poisoned> Scheduler::take_poisoned() {
 
 std::uint32_t Scheduler::outstanding(WorkerId worker) const {
   return static_cast<std::uint32_t>(workers_.at(worker).tasks.size());
+}
+
+double Scheduler::trial_seconds(WorkerId worker) const {
+  const Worker& w = workers_.at(worker);
+  return w.trial_seconds[0] > 0 ? w.trial_seconds[0] : w.estimate;
 }
 
 std::uint32_t Scheduler::slots(WorkerId worker) const {

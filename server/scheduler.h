@@ -75,6 +75,9 @@ class Scheduler {
   // it is busy.
   void set_round_trip(WorkerId worker, double seconds);
 
+  // What the worker says that a grasp takes it; goes by that until it has been measured. Nonsense is ignored.
+  void set_estimate(WorkerId worker, double trial_seconds);
+
   // Starts a generation of `networks` x `trials`; what was still outstanding of the last one is forgotten.
   // lifts: the trials are lift tests, which take a thousand times as long; what they cost is learnt apart.
   void begin(std::uint32_t networks, std::uint32_t trials, bool lifts = false);
@@ -138,6 +141,7 @@ class Scheduler {
   std::uint32_t slots(WorkerId worker) const;
   std::uint32_t total_slots() const { return total_slots_; }
   double trial_seconds() const { return trial_seconds_[0]; }  // of grasps
+  double trial_seconds(WorkerId worker) const;                // measured, declared, or 0
   void count_late() { ++counts_.late; }
   const SchedulerCounts& counts() const { return counts_; }
 
@@ -166,6 +170,7 @@ class Scheduler {
     std::size_t bytes = 0;                  // of the networks in `tasks`
     std::deque<double> round_trips;         // s, the last few
     std::array<double, 2> trial_seconds{};  // of grasps, of lifts; 0: not measured yet
+    double estimate = 0;                    // of grasps, its own; 0: none
     bool exclusive = false;                 // holds a suspect, and nothing else
   };
 
@@ -173,6 +178,10 @@ class Scheduler {
   bool full(const Worker& worker) const;
   double cost(const Worker& worker) const;
   std::uint32_t task_trials(const Worker& worker) const;
+  Assignment cut(WorkerId id, const Worker& worker);
+  bool take_whole(Assignment& what, std::uint32_t target);
+  std::map<WorkerId, Unit>::iterator largest_rest();
+  void give_up_rest(WorkerId worker);
   std::optional<Assignment> next_suspect(WorkerId id, Worker& worker, double now);
   std::optional<Assignment> next_audit(WorkerId id, Worker& worker, double now);
   bool struck_all(std::uint32_t network) const;
@@ -180,7 +189,10 @@ class Scheduler {
   bool is_suspect(std::uint32_t network) const;
   bool only_audits_left() const;
   void forget_audit(const Unit& unit, std::vector<std::uint32_t>& complete);
-  Assignment cut(const Worker& worker);
+  struct Times {
+    double back = 0, overdue = 0;
+  };
+  Times times(const Task& task) const;
   Task* straggler(WorkerId id, double now);
   Assignment give(WorkerId id, Worker& worker, Task& task, double now);
   // Takes the attempt of this worker off the task; without attempts left the task ends and its work is
@@ -205,11 +217,16 @@ class Scheduler {
   std::vector<std::uint8_t> losses_;            // workers lost while holding it, by network
   std::vector<std::uint32_t> bytes_;            // by network
   std::deque<Unit> queue_;
+  // What is left of a network that a worker began: its next tasks come from there, so that it is sent the
+  // network once.
+  std::map<WorkerId, Unit> rests_;
   std::deque<Unit> suspects_;
   std::deque<Unit> audits_;                             // to be given out
   std::map<std::uint32_t, std::vector<Party>> not_by_;  // by audit
   std::unordered_map<std::uint64_t, Task> tasks_;
   std::uint64_t next_task_ = 1;
+  double no_hung_before_ = 0;  // nor can one be past its deadline: tens of thousands need not be looked at
+  double no_straggler_before_ = 0;  // until then no task is overdue: thousands of idle slots need not look
   std::vector<Poisoned> poisoned_;
   SchedulerCounts counts_;
 };

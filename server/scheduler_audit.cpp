@@ -65,7 +65,7 @@ void Scheduler::withdraw_audit(std::uint32_t audit) {
 
 bool Scheduler::only_audits_left() const {
   const auto audit = [](const Unit& unit) { return unit.audit != 0; };
-  return queue_.empty() && std::all_of(suspects_.begin(), suspects_.end(), audit) &&
+  return queue_.empty() && rests_.empty() && std::all_of(suspects_.begin(), suspects_.end(), audit) &&
          std::all_of(tasks_.begin(), tasks_.end(),
                      [](const auto& entry) { return entry.second.what.audit != 0; });
 }

@@ -35,7 +35,6 @@ Status Security::open(zmq::context_t& context, const proto::NetConfig& net, Disp
 SocketOptions Security::socket_options(const proto::NetConfig& net) const {
   SocketOptions options;
   options.max_frame_bytes = net.max_frame_bytes();
-  options.heartbeat_seconds = net.heartbeat_seconds();
   options.silence_seconds = kTransportPatience * net.silence_seconds();
   options.curve = keys_;
   options.gatekept = true;

@@ -74,6 +74,7 @@ void Snapshots::fill_workers(RunSnapshot& s, const DispatchView& dispatch) {
         peer.busy_seconds > 0 ? static_cast<double>(peer.trials) / peer.busy_seconds * peer.slots : 0;
     worker.silent_seconds = std::max(0.0, now - peer.heard);
     worker.round_trip_seconds = peer.round_trip;
+    worker.trial_seconds = peer.trial_seconds;
   }
   s.slots_wanted = dispatch.slots_wanted;
   RunCounters& c = s.counters;

@@ -23,10 +23,10 @@ struct Work {
   std::optional<double> noop_seconds;  // benchmarks: workers answer after this long without simulating
 };
 
-// A network as it travels: serialised once, shared by every message that carries it.
+// A network as it travels: packed once, shared by every message that carries it.
 struct NetworkFrame {
   std::uint64_t id = 0;  // genome id
-  zmq::message_t bytes;  // serialised proto::Network
+  zmq::message_t bytes;  // packed (common/network_pack.h)
 };
 
 // A worker's session.
@@ -38,6 +38,7 @@ struct PeerView {
   std::uint64_t tasks = 0, trials = 0;
   double busy_seconds = 0;  // of its slots, wall
   double cpu_seconds = 0;
+  double trial_seconds = 0;  // of a grasp: measured, or declared before that; 0: neither
 };
 
 // Who wants to know. Called on the dispatcher's thread; must not block.
@@ -74,6 +75,7 @@ struct DispatchView {
   double busy_seconds = 0;         // of all slots, wall
   std::uint64_t slots_wanted = 0;  // that the run could use (server/slot_hint.h); 0: not known yet
   bool paused = false;
+  double seconds = 0;             // of the dispatcher's life when this was seen
   std::vector<PeerView> workers;  // those connected, then those quarantined
 };
 

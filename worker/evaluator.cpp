@@ -5,6 +5,7 @@
 #include <thread>
 #include <utility>
 
+#include "common/network_pack.h"
 #include "sim/lift.h"
 #include "worker/steps.h"
 
@@ -57,7 +58,6 @@ Evaluator::~Evaluator() = default;
 
 void Evaluator::evaluate(const proto::Task& task, const std::vector<zmq::message_t>& networks,
                          proto::TaskResult& result) {
-  *result.mutable_network() = task.network();
   if (const std::string why = refusal(task, networks.size()); !why.empty()) {
     result.set_error(why);
   } else if (task.has_noop_seconds()) {
@@ -109,10 +109,7 @@ void Evaluator::gather(const proto::Task& task, proto::TaskResult& result) {
 }
 
 Result<Network> Evaluator::compile(const zmq::message_t& bytes) const {
-  proto::Network message;
-  if (!message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size())))
-    return fail(ErrorCode::kInvalid, "not a network");
-  Result<Network> network = Network::from_proto(message);
+  Result<Network> network = unpack_network(bytes.to_string_view());
   if (!network) return network;
   if (network->inputs() != shared_->simulator->inputs() || network->outputs() != sim::kOutputs)
     return fail(ErrorCode::kInvalid, std::to_string(network->inputs()) + " inputs and " +

@@ -10,6 +10,7 @@
 #include "common/log.h"
 #include "common/rendezvous.h"
 #include "common/version.h"
+#include "worker/calibration.h"
 
 namespace evograsp::worker {
 
@@ -50,6 +51,7 @@ struct Session::Built {
   std::uint64_t session = 0;
   std::atomic<bool> ready{false};
   Result<std::shared_ptr<const sim::Simulator>> simulator{nullptr};
+  double trial_seconds = 0;
 };
 
 Session::Session(zmq::context_t& context, const WorkerOptions& options, std::shared_ptr<Wakeup> wakeup,
@@ -140,6 +142,7 @@ Status Session::connect() {
   state_ = State::kGreeting;
   heard_ = looked_ = Clock::now();
   largest_ = 0;
+  memory_.clear();
   proto::Envelope envelope = make_envelope({});
   proto::Hello& hello = *envelope.mutable_hello();
   hello.set_build(kVersion);
@@ -316,6 +319,7 @@ void Session::build_simulator() {
   Job job;
   job.errand = [built = built_, loader = loader_, wakeup = wakeup_] {
     built->simulator = loader.build();
+    if (built->simulator) built->trial_seconds = measure_grasp(**built->simulator);
     built->ready = true;
     wakeup->notify();
   };
@@ -326,6 +330,7 @@ void Session::announce_ready() {
   state_ = State::kServing;
   proto::Envelope envelope = make_envelope(stamp_);
   envelope.mutable_ready()->set_fingerprint(fingerprint_);
+  if (trial_seconds_ > 0) envelope.mutable_ready()->set_trial_seconds(trial_seconds_);
   send(socket_, {}, envelope);
 }
 
@@ -336,7 +341,14 @@ void Session::enqueue(Received& message) {
   job.session = session_;
   job.envelope = *message.envelope;
   job.networks = std::move(message.body);
-  if (job.envelope.has_task()) ++unfinished_;
+  if (job.envelope.has_task()) {
+    if (Status status = memory_.complete(*job.envelope.mutable_task(), job.networks); !status) {
+      spdlog::warn("{}: {}: connecting anew", endpoint_, status.error().message);
+      lost_ = true;
+      return;
+    }
+    ++unfinished_;
+  }
   slots_->push(std::move(job));
 }
 
@@ -366,6 +378,7 @@ void Session::send_events() {
   for (SlotEvent& event : slots_->take_events()) {
     if (event.session != session_ || !master_listens()) continue;
     if (event.task != 0) --unfinished_;
+    next_beat_ = Clock::now() + milliseconds(heartbeat_seconds_);  // a result is news enough
     send(socket_, {}, std::move(event.frame));
   }
   if (!built_ || !built_->ready) return;
@@ -378,6 +391,7 @@ void Session::send_events() {
   shared->simulator = *built->simulator;
   slots_->set_simulator(std::move(shared));
   fingerprint_ = loader_.experiment().fingerprint();
+  trial_seconds_ = built->trial_seconds;
   announce_ready();
 }
 

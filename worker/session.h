@@ -12,6 +12,7 @@
 #include <string>
 
 #include "common/socket.h"
+#include "common/task_memory.h"
 #include "common/watchdog.h"
 #include "common/wire.h"
 #include "worker/loader.h"
@@ -72,6 +73,7 @@ class Session {
   const std::atomic<int>& order_;
   std::unique_ptr<SlotPool> slots_;
   Loader loader_;
+  TaskMemory memory_;
   google::protobuf::Arena arena_;
 
   std::string endpoint_;  // of the master
@@ -92,6 +94,7 @@ class Session {
   Clock::time_point heard_{}, looked_{}, next_beat_{}, drain_deadline_{};
   Clock::time_point served_ = Clock::now();  // when a master was last heard
   std::string fingerprint_;                  // of the simulator that stands
+  double trial_seconds_ = 0;                 // that a grasp takes it; 0: not tried
   std::string farewell_;
   int unfinished_ = 0;  // tasks taken and not answered
   std::vector<std::uint64_t> handed_back_;

@@ -73,9 +73,8 @@ class Peer {
     while (receive(socket_, false, arena, received)) {
       fuzz::require(received.fault.empty(), "a master sends envelopes");
       if (!received.envelope->has_task()) continue;
-      fuzz::require(
-          received.body.size() == static_cast<std::size_t>(received.envelope->task().network_size()),
-          "a task comes with its networks");
+      fuzz::require(memory_.complete(*received.envelope->mutable_task(), received.body).has_value(),
+                    "a task comes with what its worker lacks");
       tasks_.push_back(received.envelope->task());
     }
   }
@@ -101,6 +100,7 @@ class Peer {
  private:
   zmq::socket_t socket_;
   std::vector<proto::Task> tasks_;
+  TaskMemory memory_;
 };
 
 class FuzzedMaster {

@@ -8,6 +8,7 @@
 #include "common/config.h"
 #include "common/digest.h"
 #include "common/network.h"
+#include "common/network_pack.h"
 #include "server/store_records.h"
 #include "sim/png.h"
 #include "tests/fuzz/peer.h"
@@ -269,6 +270,7 @@ void master_to_worker() {
         e.mutable_task()->set_id(1);
         e.mutable_task()->add_network(1);
         e.mutable_task()->add_trial();
+        e.mutable_task()->set_trials(1);
       },
       1, "network");
   const std::string cancel = say([](proto::Envelope& e) { e.mutable_cancel()->add_id(1); });
@@ -308,7 +310,7 @@ void slots() {
   task.add_trial()->set_seed(1);
   task.add_trial()->set_seed(2);
   write("task", "trials",
-        letter(1) + piece(task.SerializeAsString()) + piece(network_of(16, 7).SerializeAsString()));
+        letter(1) + piece(task.SerializeAsString()) + piece(pack_network(network_of(16, 7))));
   task.set_noop_seconds(0);
   write("task", "noop", letter(3) + piece(task.SerializeAsString()) + piece(""));
   proto::StepRequest request;

@@ -58,7 +58,7 @@ class RawPeer {
     proto::Envelope envelope = make_envelope(stamp_);
     envelope.mutable_result()->set_id(task.id());
     envelope.mutable_result()->set_attempt(task.attempt());
-    for (int i = 0; i < task.network_size() * task.trial_size(); ++i)
+    for (int i = 0; i < task.network_size() * static_cast<int>(task.trials()); ++i)
       envelope.mutable_result()->add_measurement();
     return envelope;
   }

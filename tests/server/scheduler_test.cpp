@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <set>
 
@@ -71,6 +72,75 @@ TEST(Scheduler, CutsOneLargeNetworkForManySlots) {
   for (WorkerId w = 1; w <= 8; ++w)
     if (scheduler.next(w, 0)) busy.insert(w);
   EXPECT_EQ(busy.size(), 8U) << "one network's trials must spread over all slots";
+}
+
+TEST(Scheduler, AWorkerGoesOnWithTheNetworkItBegan) {
+  SchedulerOptions options = plain();
+  options.task_seconds = 0.05;
+  Scheduler scheduler(options);
+  for (WorkerId w = 1; w <= 8; ++w) {
+    scheduler.join(w, 1);
+    scheduler.set_estimate(w, 0.05);
+  }
+  begin(scheduler, 64, 20);
+  std::map<std::uint32_t, std::set<WorkerId>> seen;
+  int tasks = 0;
+  double now = 0;
+  while (!scheduler.finished())
+    for (WorkerId w = 1; w <= 8; ++w) {
+      const auto what = scheduler.next(w, now);
+      if (!what) continue;
+      ++tasks;
+      EXPECT_EQ(what->trials, 1U);
+      seen[what->networks[0]].insert(w);
+      scheduler.result(w, what->task, 0.05);
+      now += 0.05;
+    }
+  std::size_t sent = 0;
+  for (const auto& [network, workers] : seen) sent += workers.size();
+  EXPECT_EQ(tasks, 64 * 20);
+  EXPECT_LE(sent, 64U + 20U) << "a network goes to one worker; at the end of a generation some to more";
+}
+
+TEST(Scheduler, WhatADrainedWorkerBeganGoesToOthers) {
+  Scheduler scheduler(plain());
+  for (WorkerId w = 1; w <= 2; ++w) {
+    scheduler.join(w, 1);
+    scheduler.set_estimate(w, 0.05);
+  }
+  begin(scheduler, 1, 20);
+  const auto first = scheduler.next(1, 0);
+  ASSERT_TRUE(first);
+  scheduler.set_active(1, false);
+  scheduler.result(1, first->task, 0.05);
+  std::uint32_t trials = first->trials;
+  while (const auto what = scheduler.next(2, 0)) {
+    EXPECT_EQ(what->first_trial, trials) << "from the front of what is left";
+    trials += what->trials;
+    scheduler.result(2, what->task, 0.05);
+  }
+  EXPECT_EQ(trials, 20U);
+  EXPECT_TRUE(scheduler.finished());
+}
+
+TEST(Scheduler, ADeclaredCostSizesTheFirstTaskAndNonsenseDoesNot) {
+  Scheduler scheduler(plain());
+  for (WorkerId w = 1; w <= 3; ++w) scheduler.join(w, 1);
+  scheduler.set_estimate(1, 0.001);
+  scheduler.set_estimate(2, 0.01);
+  scheduler.set_estimate(3, -1);
+  scheduler.set_estimate(3, std::numeric_limits<double>::quiet_NaN());
+  scheduler.set_estimate(3, 1e300);
+  begin(scheduler, 10000, 10);
+  const auto trials = [&](WorkerId w) {
+    const auto what = scheduler.next(w, 0);
+    return what ? what->networks.size() * what->trials : 0;
+  };
+  EXPECT_EQ(trials(1), 50U) << "50 ms of 1 ms";
+  EXPECT_EQ(trials(2), 5U) << "50 ms of 10 ms";
+  EXPECT_EQ(trials(3), 500U) << "as many as of the first guess";
+  EXPECT_EQ(scheduler.trial_seconds(1), 0.001);
+  EXPECT_EQ(scheduler.trial_seconds(3), 0);
 }
 
 TEST(Scheduler, CreditBoundsWhatAWorkerHoldsAndGrowsWithDistance) {
