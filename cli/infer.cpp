@@ -14,6 +14,7 @@
 #include "common/network.h"
 #include "sim/decode.h"
 #include "sim/depth_image.h"
+#include "sim/view_features.h"
 
 namespace evograsp::cli {
 namespace {
@@ -131,7 +132,8 @@ Result<Answer> ask(const Options& options) {
   Network::Scratch scratch;
   network->activate(in, out, scratch);
   const Pose tool = sim::decode_pose(config.grasp(), sim::home_rotation(config.grasp(), *hand), out,
-                                     answer.info, answer.bounding_box);
+                                     answer.info, answer.bounding_box || config.camera().object_frame(),
+                                     sim::pose_frame(config.camera(), answer.info.features));
   if (!is_finite(tool))
     return fail(ErrorCode::kInvalid, options.champion + ": the network's answer is not a number");
   answer.tool_camera = training->pose().inverse() * tool;

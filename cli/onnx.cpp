@@ -194,18 +194,26 @@ Result<std::string> to_onnx(const proto::Champion& champion) {
                 "the network is recurrent: ONNX export is for feed-forward networks");
   std::string experiment;
   google::protobuf::TextFormat::PrintToString(champion.experiment(), &experiment);
+  const proto::CameraConfig& camera = champion.experiment().camera();
+  const std::string features = camera.feature_size() > 0 ? ", then camera.feature in its order" : "";
+  const std::string frame =
+      camera.object_frame()
+          ? "; all in axes turned about the vertical, x across the main axis that AXIS tells"
+          : "";
   Message model;
   model.number(1, 8).text(2, "evograsp").text(3, kVersion).message(7, Graph(network).build());
   model.message(8, Message().text(1, "").number(2, 13));
   model.message(
       14, metadata("observation",
                    "depth samples in [0, 1], row by row from the top left (1: no return), then the click's "
-                   "a, b and the box's w, h in [0, 1] of the image"));
+                   "a, b and the box's w, h in [0, 1] of the image" +
+                       features));
   model.message(
       14, metadata("action",
                    "position x, y, z in units of the workspace's half sizes, from the anchor (the "
                    "target's centre with the box, else the workspace's), rotation axis x, y, z (any length; "
-                   "none: no rotation) and angle in units of pi, applied to the home orientation"));
+                   "none: no rotation) and angle in units of pi, applied to the home orientation" +
+                       frame));
   model.message(14, metadata("experiment", experiment));
   model.message(14, metadata("fingerprint", champion.fingerprint()));
   return model.bytes();

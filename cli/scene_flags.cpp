@@ -8,6 +8,7 @@
 #include "common/network.h"
 #include "common/zap.h"
 #include "sim/decode.h"
+#include "sim/view_features.h"
 
 namespace evograsp::cli {
 namespace {
@@ -160,7 +161,9 @@ Result<Pose> ask_network(const proto::Champion& champion, const sim::Info& info,
   Network::Scratch scratch;
   network->activate(in, out, scratch);
   const proto::GraspConfig& grasp = what.experiment.grasp();
-  return sim::decode_pose(grasp, sim::home_rotation(grasp, what.hand), out, info, bounding_box);
+  return sim::decode_pose(grasp, sim::home_rotation(grasp, what.hand), out, info,
+                          bounding_box || what.experiment.camera().object_frame(),
+                          sim::pose_frame(what.experiment.camera(), info.features));
 }
 
 }  // namespace

@@ -61,6 +61,8 @@ void check_camera(const proto::CameraConfig& camera, const Complain& complain) {
     complain("camera.box_width", "the window is wider than the image");
   if (camera.box_height() > camera.image_height())
     complain("camera.box_height", "the window is taller than the image");
+  if (camera.object_frame() && std::ranges::find(camera.feature(), proto::AXIS) == camera.feature().end())
+    complain("camera.object_frame", "needs AXIS among camera.feature, which measures how the object lies");
   if (camera.eye().x() == 0 && camera.eye().y() == 0 && camera.eye().z() == 0) {
     complain("camera.eye", "lies in the world origin, which the camera looks at");
   }

@@ -32,7 +32,7 @@ Mat3 home_rotation(const proto::GraspConfig& config, const proto::HandBundle& ha
 }
 
 Pose decode_pose(const proto::GraspConfig& config, const Mat3& home, std::span<const float> outputs,
-                 const Info& info, bool bounding_box) {
+                 const Info& info, bool bounding_box, const Mat3& frame) {
   const Vec3 half =
       bounding_box
           ? or_default(config.has_workspace_box_half(), config.workspace_box_half(), Vec3(0.15, 0.15, 0.15))
@@ -48,8 +48,8 @@ Pose decode_pose(const proto::GraspConfig& config, const Mat3& home, std::span<c
     tool.position.setConstant(std::numeric_limits<double>::quiet_NaN());
     return tool;
   }
-  tool.position = info.anchor + Vec3(value[0] * half.x(), value[1] * half.y(), value[2] * half.z());
-  tool.rotation = axis_angle(Vec3(value[3], value[4], value[5]), det::kPi * value[6]) * home;
+  tool.position = info.anchor + frame * Vec3(value[0] * half.x(), value[1] * half.y(), value[2] * half.z());
+  tool.rotation = frame * axis_angle(Vec3(value[3], value[4], value[5]), det::kPi * value[6]) * home;
   return tool;
 }
 

@@ -19,7 +19,8 @@ Mat3 home_rotation(const proto::GraspConfig& config, const proto::HandBundle& ha
 // (x, y, z) * half, half = workspace_box_half with the bounding box, workspace_half without; rotation = the
 // angle (times pi) about the normalised axis, applied to `home`; a zero axis means no rotation. Outputs that
 // are not finite give a pose that is not finite.
+// `frame` (pose_frame in sim/view_features.h) turns both, the position about the anchor.
 Pose decode_pose(const proto::GraspConfig& config, const Mat3& home, std::span<const float> outputs,
-                 const Info& info, bool bounding_box);
+                 const Info& info, bool bounding_box, const Mat3& frame = Mat3::Identity());
 
 }  // namespace evograsp::sim

@@ -138,7 +138,8 @@ void DepthCamera::measure_view(const Pixel& centre, bool bounding_box, Info* inf
   view.depth = info->depth;
   view.point = info->point;
   view.anchor = info->anchor;
-  view.unit = bounding_box ? box_unit_ : workspace_unit_;
+  view.unit = bounding_box || config_.object_frame() ? box_unit_ : workspace_unit_;
+  if (config_.object_frame()) view.anchor = info->anchor = object_anchor(config_, view, bounding_box);
   info->features = view_features(config_, view);
 }
 

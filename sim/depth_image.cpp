@@ -154,7 +154,12 @@ Result<Info> look_at_recording(const DepthImage& image, const proto::CameraConfi
   view.depth = info.depth;
   view.point = seen(a0 + shift_a - (move ? 0 : a0), b0 + shift_b - (move ? 0 : b0), clicked.z());
   view.anchor = options.bounding_box ? seen(a0, b0, z) : workspace_centre;
-  view.unit = workspace_unit(grasp, options.bounding_box);
+  view.unit = workspace_unit(grasp, options.bounding_box || config.object_frame());
+  if (config.object_frame()) {
+    view.anchor = object_anchor(config, view, options.bounding_box);
+    const Vec3 moved = training.pose().inverse() * view.anchor;  // back on its ray, where it was recorded
+    info.anchor = training.pose() * Vec3(moved * ((moved.z() - (move ? home - z : 0)) / moved.z()));
+  }
   info.features = view_features(config, view);
   return info;
 }

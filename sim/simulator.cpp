@@ -16,6 +16,7 @@
 #include "sim/hand_state.h"
 #include "sim/quality.h"
 #include "sim/scene.h"
+#include "sim/view_features.h"
 #include "sim/world.h"
 
 namespace evograsp::sim {
@@ -73,7 +74,9 @@ class GraspSimulator final : public Simulator {
   Measurement get_quality(const Placements& placements, int target, const Pose& tool, Workspace& workspace,
                           GraspReport* details) const override;
   Pose decode(std::span<const float> outputs, const Info& info, bool bounding_box) const override {
-    return decode_pose(experiment_.grasp(), home_, outputs, info, bounding_box);
+    return decode_pose(experiment_.grasp(), home_, outputs, info,
+                       bounding_box || experiment_.camera().object_frame(),
+                       pose_frame(experiment_.camera(), info.features));
   }
 
   int object_count() const override { return static_cast<int>(objects_.size()); }

@@ -1,7 +1,10 @@
 #include "sim/view_features.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+
+#include "common/view_features.h"
 
 namespace evograsp::sim {
 namespace {
@@ -66,6 +69,24 @@ float limited(double value) {
   return std::isfinite(value) ? static_cast<float>(std::clamp(value, -kMost, kMost)) : 0.0f;
 }
 
+// Of the main axis: twice its angle, times how long the object is. The two numbers of AXIS.
+std::array<float, 2> axis_of(const Moments& m) {
+  const double sum = m.xx + m.yy + kRound;
+  return {limited((m.xx - m.yy) / sum), limited(2 * m.xy / sum)};
+}
+
+// From cosine and sine of twice the main axis's angle (and their length, which does not matter): half angles
+// by square roots, which round alike everywhere.
+Mat3 across(double cos_twice, double sin_twice) {
+  const double length = std::sqrt(cos_twice * cos_twice + sin_twice * sin_twice);
+  if (!(length > 1e-6)) return Mat3::Identity();
+  const double c = std::clamp(-cos_twice / length, -1.0, 1.0);  // across is a right angle further
+  const double cosine = std::sqrt((1 + c) / 2), sine = std::copysign(std::sqrt((1 - c) / 2), -sin_twice);
+  Mat3 turn;
+  turn << cosine, -sine, 0, sine, cosine, 0, 0, 0, 1;
+  return turn;
+}
+
 void append(const Vec3& v, std::vector<float>& out) {
   for (int i = 0; i < 3; ++i) out.push_back(limited(v[i]));
 }
@@ -78,10 +99,16 @@ std::vector<float> view_features(const proto::CameraConfig& config, const Sample
   const Moments m = moments(object_points(config, view));
   const double sum = m.xx + m.yy, difference = m.xx - m.yy;
   const double split = std::sqrt(difference * difference + 4 * m.xy * m.xy);
+  const std::array<float, 2> axis = axis_of(m);
+  const Mat3 to_frame =
+      config.object_frame() ? Mat3(across(axis[0], axis[1]).transpose()) : Mat3(Mat3::Identity());
+  const auto about_anchor = [&](const Vec3& p) {
+    return Vec3(to_frame * Vec3(p - view.anchor)).cwiseQuotient(view.unit);
+  };
   for (const int feature : config.feature()) {
     switch (feature) {
       case proto::CENTROID:
-        append((m.mean - view.anchor).cwiseQuotient(view.unit), out);
+        append(about_anchor(m.mean), out);
         break;
       case proto::SIZE:
         append(Vec3(m.top / kTall, std::sqrt((sum + split) / 2) / kWide,
@@ -89,17 +116,36 @@ std::vector<float> view_features(const proto::CameraConfig& config, const Sample
                out);
         break;
       case proto::AXIS:
-        out.push_back(limited(difference / (sum + kRound)));
-        out.push_back(limited(2 * m.xy / (sum + kRound)));
+        out.insert(out.end(), axis.begin(), axis.end());
         break;
       case proto::POINT:
-        append((view.point - view.anchor).cwiseQuotient(view.unit), out);
+        append(about_anchor(view.point), out);
         break;
       default:
         break;
     }
   }
   return out;
+}
+
+Vec3 object_anchor(const proto::CameraConfig& config, const SampledView& view, bool bounding_box) {
+  const Moments m = moments(object_points(config, view));
+  const Vec3 eye = view.camera->pose().position;
+  const Vec3 middle = bounding_box ? Vec3(view.camera->ray(view.centre).at(1)) : m.mean;
+  const double drop = eye.z() - middle.z();
+  if (!(drop > 1e-3 * (eye - middle).norm())) return view.anchor;
+  return eye + (middle - eye) * ((eye.z() - m.top / 2) / drop);
+}
+
+Mat3 pose_frame(const proto::CameraConfig& config, std::span<const float> features) {
+  if (!config.object_frame()) return Mat3::Identity();
+  std::size_t at = 0;
+  for (const int feature : config.feature()) {
+    if (feature == proto::AXIS && at + 2 <= features.size())
+      return across(static_cast<double>(features[at]), static_cast<double>(features[at + 1]));
+    at += feature_size(static_cast<proto::ViewFeature>(feature));
+  }
+  return Mat3::Identity();
 }
 
 Vec3 workspace_unit(const proto::GraspConfig& grasp, bool bounding_box) {

@@ -13,6 +13,7 @@
 #include <span>
 #include <vector>
 
+#include "common/pose.h"
 #include "proto/config.pb.h"
 #include "sim/camera.h"
 
@@ -31,6 +32,17 @@ struct SampledView {
 
 // The configured features, in the order of the config.
 std::vector<float> view_features(const proto::CameraConfig& config, const SampledView& view);
+
+// The anchor with object_frame: where the ray through the middle of what is seen passes at half the object's
+// height. The middle is the window's centre with the box, else the mean of the object's visible points.
+// view.anchor when that ray does not descend.
+Vec3 object_anchor(const proto::CameraConfig& config, const SampledView& view, bool bounding_box);
+
+// R_WF of the frame F that poses and vectors about the anchor are given in: with object_frame turned about
+// the vertical by the half of AXIS's angle and a right angle, so that x lies across the main axis, at most a
+// right angle off the world's x. What is seen of a round thing is broad across the view, so that F is the
+// world's there. `features` as above; without object_frame the identity.
+Mat3 pose_frame(const proto::CameraConfig& config, std::span<const float> features);
 
 // unit of SampledView: half the workspace in use.
 Vec3 workspace_unit(const proto::GraspConfig& grasp, bool bounding_box);

@@ -206,6 +206,11 @@ TEST(Decode, PositionsFillTheWorkspaceAndRotationsTurnTheHome) {
   EXPECT_LT((pose.rotation * Vec3(1, 0, 0) - Vec3(0, 1, 0)).norm(), 1e-12) << "a quarter turn about z";
   const Pose still = decode_pose({}, Mat3::Identity(), std::vector<float>{0, 0, 0, 0, 0, 0, 1}, info, false);
   EXPECT_EQ(still.rotation, Mat3::Identity()) << "a zero axis means no rotation";
+  Mat3 quarter;  // about the vertical
+  quarter << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+  const Pose turned = decode_pose({}, Mat3::Identity(), outputs, info, true, quarter);
+  EXPECT_LT((turned.position - Vec3(0.25, 0.35, 0.375)).norm(), 1e-12) << "about the anchor";
+  EXPECT_LT((turned.rotation * Vec3(1, 0, 0) - Vec3(-1, 0, 0)).norm(), 1e-12);
   const float nan = std::numeric_limits<float>::quiet_NaN();
   EXPECT_FALSE(
       is_finite(decode_pose({}, Mat3::Identity(), std::vector<float>{0, 0, 0, 0, 0, 0, nan}, info, true)));

@@ -83,6 +83,32 @@ TEST(ViewFeatures, TheAxisOfABarTurnsTwiceAsFastAsTheBar) {
   }
 }
 
+TEST(ViewFeatures, TheObjectsFrameLiesAcrossTheBarNearTheWorldsX) {
+  for (const double angle : {0.3, 1.2, 2.0, 2.9}) {
+    const double c = std::cos(angle), s = std::sin(angle);
+    Painted painted(0.05, [&](const Vec3& p) {
+      return std::abs(c * p.x() + s * p.y()) < 0.055 && std::abs(c * p.y() - s * p.x()) < 0.015;
+    });
+    const std::vector<float> in_world = painted.features();
+    EXPECT_EQ(pose_frame(painted.config, in_world), Mat3::Identity()) << "off by default";
+
+    painted.config.set_object_frame(true);
+    painted.view.anchor = Vec3(0.02, -0.03, 0.05);
+    const Mat3 frame = pose_frame(painted.config, painted.features());
+    EXPECT_LT((frame * frame.transpose() - Mat3::Identity()).norm(), 1e-12);
+    EXPECT_EQ(frame.col(2), Vec3::UnitZ());
+    EXPECT_GE(frame(0, 0), 0) << "bar at " << angle;
+    EXPECT_LT(std::abs(frame.col(0).dot(Vec3(c, s, 0))), 0.18) << "bar at " << angle;
+
+    const std::vector<float> f = painted.features();
+    const Vec3 centroid(f[0], f[1], f[2]);
+    EXPECT_LT(
+        (frame * centroid * 0.1 + painted.view.anchor - Vec3(in_world[0], in_world[1], in_world[2]) * 0.1)
+            .norm(),
+        1e-6);
+  }
+}
+
 TEST(ViewFeatures, OnlyTheTableSeenMeansTheClickedPoint) {
   Painted painted(0.05, [](const Vec3&) { return false; });
   painted.view.point = Vec3(0.02, -0.01, 0.03);
