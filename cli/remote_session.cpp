@@ -97,6 +97,7 @@ class RemoteSession : public SimSession {
     out.box_h = info.box_h();
     out.point = from_proto(info.point());
     out.anchor = from_proto(info.anchor());
+    out.features.assign(info.feature().begin(), info.feature().end());
     return out;
   }
 
