@@ -12,5 +12,6 @@ find "$to" -name 'generations.*' -size +200k -delete
 sed 's/\.svg)/.png)/' "$from/README.md" >"$to/README.md"
 if [ ! -e "$to/generations.csv" ] || [ ! -e "$to/generations.json" ]; then
   rm -f "$to"/generations.*
+  # shellcheck disable=SC2016  # the page's own backquotes
   sed -i 's/, `generations` (a row a generation)//' "$to/README.md"
 fi
