@@ -10,7 +10,7 @@ namespace evograsp::server {
 
 namespace {
 
-constexpr std::uint64_t kBytesAGenome = 1500;  // ids, judgements, journal entry, dispatcher's books
+constexpr std::uint64_t kBytesAGenome = 3500;  // ids, judgements, journal entry, dispatcher's books
 constexpr std::uint64_t kBytesALink =
     15;  // packed network, and the population's columns on their way to disk
 constexpr std::uint64_t kBytesATrial = 16;
