@@ -33,7 +33,7 @@ Status check_footprint(const proto::Config& config, std::span<const neat::Genome
   if (needed <= limit) return {};
   std::uint64_t links = 0;
   for (const neat::Genome& genome : genomes) links += genome.links();
-  return fail(ErrorCode::kUnsupported,
+  return fail(ErrorCode::kIo,
               "a generation of " + std::to_string(genomes.size()) + " genomes with " +
                   std::to_string(links / genomes.size()) + " links each and " + std::to_string(trials) +
                   " trials takes about " + std::to_string(needed / kMegabyte) + " MB here, allowed are " +

@@ -16,8 +16,8 @@ namespace evograsp::server {
 // children on their way to the store, scores of every trial. An estimate, rather too high: docs/SIZING.md.
 std::uint64_t footprint(std::span<const neat::Genome> genomes, std::size_t trials);
 
-// kUnsupported when that is more than config.run.memory_mb, and says what to change. Where nothing is said,
-// than three quarters of `machine_bytes`.
+// kIo (5: memory) when that is more than config.run.memory_mb, and says what to change. Where nothing is
+// said, than three quarters of `machine_bytes`.
 Status check_footprint(const proto::Config& config, std::span<const neat::Genome> genomes, std::size_t trials,
                        std::uint64_t machine_bytes);
 

@@ -34,7 +34,7 @@ TEST_F(Footprint, SaysWhatDoesNotFitAndWhatToChange) {
   config_.mutable_run()->set_memory_mb(1);
   const Status refused = check_footprint(config_, population_->ask(), 20, 1ULL << 40);
   ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().code, ErrorCode::kUnsupported);
+  EXPECT_EQ(refused.error().code, ErrorCode::kIo);
   EXPECT_NE(refused.error().message.find("1000 genomes"), std::string::npos) << refused.error().message;
   EXPECT_NE(refused.error().message.find("allowed are 1 (run.memory_mb)"), std::string::npos)
       << refused.error().message;
