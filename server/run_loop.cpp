@@ -87,8 +87,7 @@ Status RunLoop::evolve_one(bool resumed) {
   const std::uint32_t generation = population_.generation();
   const TrialPlan plan = plan_generation(config_, generation);
   const auto genomes = population_.ask();
-  if (Status status = check_footprint(config_, genomes, plan.trials.size(), machine_memory()); !status)
-    return status;
+  if (Status status = check_footprint(genomes, plan.trials.size(), memory_limit()); !status) return status;
   position_.generation = generation;
   position_.wanted = static_cast<std::uint32_t>(genomes.size());
   std::vector<Gather::Item> items(genomes.size());
