@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <fstream>
 #include <string>
 
@@ -10,7 +11,7 @@ namespace evograsp::server {
 
 namespace {
 
-constexpr std::uint64_t kBytesAGenome = 1500;  // ids, judgements, journal entry, dispatcher's books
+constexpr std::uint64_t kBytesAGenome = 3500;  // ids, judgements, journal entry, dispatcher's books
 constexpr std::uint64_t kBytesALink =
     15;  // packed network, and the population's columns on their way to disk
 constexpr std::uint64_t kBytesATrial = 16;
@@ -25,30 +26,29 @@ std::uint64_t footprint(std::span<const neat::Genome> genomes, std::size_t trial
   return bytes;
 }
 
-Status check_footprint(const proto::Config& config, std::span<const neat::Genome> genomes, std::size_t trials,
-                       std::uint64_t machine_bytes) {
-  const std::uint64_t asked = config.run().memory_mb() * kMegabyte;
-  const std::uint64_t limit = asked > 0 ? asked : machine_bytes / 4 * 3;
+Status check_footprint(std::span<const neat::Genome> genomes, std::size_t trials, std::uint64_t limit) {
   const std::uint64_t needed = footprint(genomes, trials);
   if (needed <= limit) return {};
   std::uint64_t links = 0;
   for (const neat::Genome& genome : genomes) links += genome.links();
-  return fail(ErrorCode::kUnsupported,
-              "a generation of " + std::to_string(genomes.size()) + " genomes with " +
-                  std::to_string(links / genomes.size()) + " links each and " + std::to_string(trials) +
-                  " trials takes about " + std::to_string(needed / kMegabyte) + " MB here, allowed are " +
-                  std::to_string(limit / kMegabyte) +
-                  (asked > 0 ? " (run.memory_mb)"
-                             : " (three quarters of the machine; run.memory_mb sets another limit)") +
-                  ": a smaller neat.population or a larger machine");
+  return fail(ErrorCode::kIo, "a generation of " + std::to_string(genomes.size()) + " genomes with " +
+                                  std::to_string(links / genomes.size()) + " links each and " +
+                                  std::to_string(trials) + " trials takes about " +
+                                  std::to_string(needed / kMegabyte) + " MB here, allowed are " +
+                                  std::to_string(limit / kMegabyte) +
+                                  " (EVOGRASP_MEMORY_MB, or three quarters of the machine): a smaller "
+                                  "neat.population, or more memory");
 }
 
-std::uint64_t machine_memory() {
+std::uint64_t memory_limit() {
+  const char* asked = std::getenv("EVOGRASP_MEMORY_MB");
+  if (const std::uint64_t megabytes = asked != nullptr ? std::strtoull(asked, nullptr, 10) : 0; megabytes > 0)
+    return megabytes * kMegabyte;
   const auto pages = static_cast<std::uint64_t>(std::max(0L, sysconf(_SC_PHYS_PAGES)));
   const std::uint64_t machine = pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
   std::uint64_t group = 0;
   std::ifstream file("/sys/fs/cgroup/memory.max");
-  return file >> group && group > 0 ? std::min(group, machine) : machine;
+  return (file >> group && group > 0 ? std::min(group, machine) : machine) / 4 * 3;
 }
 
 }  // namespace evograsp::server

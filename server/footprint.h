@@ -8,7 +8,6 @@
 
 #include "common/result.h"
 #include "neat/genome.h"
-#include "proto/config.pb.h"
 
 namespace evograsp::server {
 
@@ -16,12 +15,11 @@ namespace evograsp::server {
 // children on their way to the store, scores of every trial. An estimate, rather too high: docs/SIZING.md.
 std::uint64_t footprint(std::span<const neat::Genome> genomes, std::size_t trials);
 
-// kUnsupported when that is more than config.run.memory_mb, and says what to change. Where nothing is said,
-// than three quarters of `machine_bytes`.
-Status check_footprint(const proto::Config& config, std::span<const neat::Genome> genomes, std::size_t trials,
-                       std::uint64_t machine_bytes);
+// kIo (5: memory) when that is more than `limit`, in bytes; says what to change.
+Status check_footprint(std::span<const neat::Genome> genomes, std::size_t trials, std::uint64_t limit);
 
-// What this process may use: the machine's memory, or less when its control group says so.
-std::uint64_t machine_memory();
+// What a generation may take: EVOGRASP_MEMORY_MB, or three quarters of the machine's memory, or of the
+// control group's (Slurm, systemd and Kubernetes set one) when that is less. Bytes.
+std::uint64_t memory_limit();
 
 }  // namespace evograsp::server

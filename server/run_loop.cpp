@@ -92,8 +92,7 @@ Status RunLoop::evolve_one(bool resumed) {
   const TrialPlan plan = plan_generation(config_, generation);
   generation_start_ = std::chrono::steady_clock::now();
   const auto genomes = population_.ask();
-  if (Status status = check_footprint(config_, genomes, plan.trials.size(), machine_memory()); !status)
-    return status;
+  if (Status status = check_footprint(genomes, plan.trials.size(), memory_limit()); !status) return status;
   position_.generation = generation;
   position_.wanted = static_cast<std::uint32_t>(genomes.size());
   std::vector<Gather::Item> items(genomes.size());

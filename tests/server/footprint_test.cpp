@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+#include <optional>
+
 #include "neat/population.h"
 
 namespace evograsp::server {
@@ -10,12 +13,12 @@ namespace {
 class Footprint : public testing::Test {
  protected:
   void make(std::uint32_t size) {
-    config_.mutable_neat()->set_population(size);
-    auto made = neat::Population::create(config_.neat(), 100, 7, 1);
+    config_.set_population(size);
+    auto made = neat::Population::create(config_, 100, 7, 1);
     ASSERT_TRUE(made);
     population_.emplace(std::move(*made));
   }
-  proto::Config config_;
+  proto::NeatConfig config_;
   std::optional<neat::Population> population_;
 };
 
@@ -31,24 +34,24 @@ TEST_F(Footprint, GrowsWithTheGenerationAndIsNoLessThanItsGenomes) {
 
 TEST_F(Footprint, SaysWhatDoesNotFitAndWhatToChange) {
   make(1000);
-  config_.mutable_run()->set_memory_mb(1);
-  const Status refused = check_footprint(config_, population_->ask(), 20, 1ULL << 40);
+  const std::uint64_t needed = footprint(population_->ask(), 20);
+  EXPECT_TRUE(check_footprint(population_->ask(), 20, needed));
+  const Status refused = check_footprint(population_->ask(), 20, 1'000'000);
   ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().code, ErrorCode::kUnsupported);
-  EXPECT_NE(refused.error().message.find("1000 genomes"), std::string::npos) << refused.error().message;
-  EXPECT_NE(refused.error().message.find("allowed are 1 (run.memory_mb)"), std::string::npos)
-      << refused.error().message;
-  config_.mutable_run()->set_memory_mb(4000);
-  EXPECT_TRUE(check_footprint(config_, population_->ask(), 20, 1))
-      << "what was asked for counts, not the machine";
+  EXPECT_EQ(refused.error().code, ErrorCode::kIo);
+  const std::string& said = refused.error().message;
+  EXPECT_NE(said.find("1000 genomes"), std::string::npos) << said;
+  EXPECT_NE(said.find("allowed are 1 (EVOGRASP_MEMORY_MB"), std::string::npos) << said;
 }
 
-TEST_F(Footprint, WithoutASettingTheMachineIsTheLimit) {
-  make(1000);
-  const std::uint64_t needed = footprint(population_->ask(), 20);
-  EXPECT_TRUE(check_footprint(config_, population_->ask(), 20, needed / 3 * 4 + 8));
-  EXPECT_FALSE(check_footprint(config_, population_->ask(), 20, needed));
-  EXPECT_GT(machine_memory(), 100'000'000U);
+TEST_F(Footprint, TheLimitIsWhatWasAskedForOrTheMachines) {
+  setenv("EVOGRASP_MEMORY_MB", "123", 1);
+  EXPECT_EQ(memory_limit(), 123'000'000U);
+  setenv("EVOGRASP_MEMORY_MB", "much", 1);
+  const std::uint64_t machine = memory_limit();
+  unsetenv("EVOGRASP_MEMORY_MB");
+  EXPECT_EQ(memory_limit(), machine);
+  EXPECT_GT(machine, 100'000'000U);
 }
 
 }  // namespace
