@@ -102,8 +102,8 @@ std::vector<float> view_features(const proto::CameraConfig& config, const Sample
   const std::array<float, 2> axis = axis_of(m);
   const Mat3 to_frame =
       config.object_frame() ? Mat3(across(axis[0], axis[1]).transpose()) : Mat3(Mat3::Identity());
-  const auto about_anchor = [&](const Vec3& p) {
-    return Vec3(to_frame * Vec3(p - view.anchor)).cwiseQuotient(view.unit);
+  const auto about_anchor = [&](const Vec3& p) -> Vec3 {
+    return (to_frame * Vec3(p - view.anchor)).cwiseQuotient(view.unit);
   };
   for (const int feature : config.feature()) {
     switch (feature) {

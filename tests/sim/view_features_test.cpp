@@ -109,6 +109,21 @@ TEST(ViewFeatures, TheObjectsFrameLiesAcrossTheBarNearTheWorldsX) {
   }
 }
 
+// From straight above: the ray through the window's centre is the vertical through the origin; the mean of
+// what is seen of a square about (0.03, 0.02) is where it is.
+TEST(ViewFeatures, TheObjectsAnchorIsAtHalfItsHeight) {
+  const Painted painted(
+      0.06, [](const Vec3& p) { return std::abs(p.x() - 0.03) < 0.04 && std::abs(p.y() - 0.02) < 0.04; });
+  const Vec3 boxed = object_anchor(painted.config, painted.view, true);
+  EXPECT_NEAR(boxed.x(), 0, 0.002);
+  EXPECT_NEAR(boxed.y(), 0, 0.002);
+  EXPECT_NEAR(boxed.z(), 0.03, 1e-4);
+  const Vec3 seen = object_anchor(painted.config, painted.view, false);
+  EXPECT_NEAR(seen.x(), 0.03, 0.006);
+  EXPECT_NEAR(seen.y(), 0.02, 0.006);
+  EXPECT_NEAR(seen.z(), 0.03, 1e-4);
+}
+
 TEST(ViewFeatures, OnlyTheTableSeenMeansTheClickedPoint) {
   Painted painted(0.05, [](const Vec3&) { return false; });
   painted.view.point = Vec3(0.02, -0.01, 0.03);
