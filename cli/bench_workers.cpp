@@ -72,6 +72,7 @@ class FakeWorkersImpl : public FakeWorkers {
       if (epoll_ctl(epoll_, EPOLL_CTL_ADD, workers_[i].socket.get(zmq::sockopt::fd), &event) != 0)
         return fail(ErrorCode::kIo, std::string("epoll: ") + std::strerror(errno));
       say_hello(i);
+      read_all(i);
     }
     reset();
     return {};
@@ -123,7 +124,8 @@ class FakeWorkersImpl : public FakeWorkers {
     send(workers_[i].socket, {}, envelope);
   }
 
-  // The descriptor of a ZeroMQ socket tells of a change once: everything must be read, also after each send.
+  // The descriptor of a ZeroMQ socket tells only somebody who has found it empty: everything must be read, at
+  // the start and after each send.
   void read_all(std::uint32_t i) {
     Received message;
     while (receive(workers_[i].socket, false, arena_, message)) {
