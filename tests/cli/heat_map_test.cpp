@@ -24,7 +24,7 @@ TEST(HeatMap, InCharactersTheHighestRowComesFirst) {
             " 0.00 |    .    . 1.00\n"
             "-0.10 | 0.50    . 0.25\n"
             "      +---------------\n"
-            "          0   30   60  pitch, degrees\n");
+            "           0   30   60  pitch, degrees\n");
 }
 
 TEST(HeatMap, LargeValuesLoseTheirFraction) {

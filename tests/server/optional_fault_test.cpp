@@ -80,7 +80,7 @@ TEST_F(OptionalTrials, AKillAmongThemLosesNothingThatWasJournalled) {
 // were.
 TEST_F(OptionalTrials, RoundsThatTimeAllowedAreKept) {
   std::vector<std::string> all = settings();
-  for (const char* more : {"race.rounds=6", "race.keep=1", "race.budget_seconds=0.9", "lift.generations=0"})
+  for (const char* more : {"race.rounds=100", "race.keep=1", "race.budget_seconds=0.9", "lift.generations=0"})
     all.push_back(more);
   auto worker = start_faulty("slow", "sleep:0.01");
   Process server("evograsp-server", server_arguments(all), log("server"));
@@ -93,9 +93,12 @@ TEST_F(OptionalTrials, RoundsThatTimeAllowedAreKept) {
   for (std::uint32_t g = 0; g < 3; ++g) {
     const auto rounds = (*reader)->race_rounds(g);
     ASSERT_TRUE(rounds && *rounds) << "generation " << g;
-    // The generation's own trials and a round take 0.24 s at least, each.
-    EXPECT_LE(**rounds, 3U);
-    EXPECT_EQ((*records)[g].trials - before, 24U * 3 * (1 + **rounds)) << "generation " << g;
+    // The generation's own trials and each round are a task at least, of 10 ms.
+    EXPECT_LE(**rounds, 90U);
+    // Who is beaten without any doubt leaves a round, so it may have fewer than 24.
+    const std::uint64_t trials = (*records)[g].trials - before;
+    EXPECT_EQ(trials > 24U * 3, **rounds > 0) << "generation " << g << ": " << trials << " trials";
+    EXPECT_LE(trials, 24U * 3 * (1 + **rounds)) << "generation " << g;
     before = (*records)[g].trials;
   }
   EXPECT_EQ(events("time_bound").size(), 1U);
@@ -128,7 +131,8 @@ TEST_F(OptionalTrials, AResumedRaceHasTheRoundsThatWereDecided) {
   ASSERT_TRUE(reader);
   const auto records = (*reader)->generations(0, 10);
   ASSERT_TRUE(records && records->size() == 3U);
-  EXPECT_EQ((*records)[0].trials, (24U + 12 + 6) * 3) << "two rounds, each with the better half";
+  // The first round has at most the better half.
+  EXPECT_GT((*records)[0].trials, (24U + 12) * 3) << "the two rounds that had been decided were not held";
   EXPECT_EQ((*records)[1].trials - (*records)[0].trials, 24U * 3) << "no time for any";
 }
 
