@@ -210,7 +210,7 @@ void add_dispatch(CLI::App& bench, Outcome& outcome) {
 void add_bench(CLI::App& app, Outcome& outcome) {
   CLI::App* sub = app.add_subcommand("bench", "measure this machine");
   sub->require_subcommand(1);
-  sub->footer("  evograsp bench dispatch --workers 100 --task-ms 5");
+  sub->footer("Example:\n  evograsp bench dispatch --workers 100 --task-ms 5");
   add_dispatch(*sub, outcome);
 }
 
