@@ -3,6 +3,7 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstring>
 
@@ -27,6 +28,12 @@ void apply(zmq::socket_t& socket, const SocketOptions& options) {
   }
   // A peer that connects and says nothing holds a descriptor this long and no longer.
   socket.set(zmq::sockopt::handshake_ivl, 5000);
+}
+
+// That may wait to be read: as many of the largest as queue_bytes hold.
+int waiting_messages(const SocketOptions& options) {
+  const std::int64_t most = options.queue_bytes / std::max<std::int64_t>(1, options.max_frame_bytes);
+  return static_cast<int>(std::clamp<std::int64_t>(most, 2, options.high_water));
 }
 
 void apply_keys(zmq::socket_t& socket, const CurveKeys& keys) {
@@ -69,7 +76,10 @@ Result<zmq::socket_t> make_server(zmq::context_t& context, zmq::socket_type type
       socket.set(zmq::sockopt::curve_server, true);
     }
     if (options.curve || options.gatekept) socket.set(zmq::sockopt::zap_domain, "evograsp");
-    if (type == zmq::socket_type::router) socket.set(zmq::sockopt::router_mandatory, true);
+    if (type == zmq::socket_type::router) {
+      socket.set(zmq::sockopt::router_mandatory, true);
+      socket.set(zmq::sockopt::rcvhwm, waiting_messages(options));
+    }
     return socket;
   } catch (const zmq::error_t& error) {
     return socket_error("listening", "make a socket", error);

@@ -28,7 +28,10 @@ struct SocketOptions {
   // by heartbeats of their own; this one is for what they do not watch. Not short: an I/O thread that gets no
   // processor looks at its timers before it looks at what has arrived.
   double silence_seconds = 6;
-  int high_water = 1000;           // messages queued a peer
+  int high_water = 1000;  // messages queued a peer, each way
+  // ROUTERs: of one peer's messages, no more bytes than this wait here to be read; what else it sends stays
+  // on its side. Holds for messages of one frame, as workers send them: libzmq counts messages, not frames.
+  std::int64_t queue_bytes = 128 << 20;
   std::optional<CurveKeys> curve;  // absent: plain text
   // Servers: each handshake is put to the context's Gatekeeper (common/zap.h), which must be there. Beside
   // who comes in, this decides in which language: libzmq 4.3 then refuses ZMTP 1 and 2, whose first message,

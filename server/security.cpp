@@ -1,6 +1,9 @@
 #include "server/security.h"
 
+#include <algorithm>
+
 #include "common/log.h"
+#include "common/wire.h"
 
 namespace evograsp::server {
 
@@ -34,7 +37,8 @@ Status Security::open(zmq::context_t& context, const proto::NetConfig& net, Disp
 
 SocketOptions Security::socket_options(const proto::NetConfig& net) const {
   SocketOptions options;
-  options.max_frame_bytes = net.max_frame_bytes();
+  options.max_frame_bytes =
+      std::min<std::int64_t>(net.max_frame_bytes(), static_cast<std::int64_t>(kMaxEnvelopeToMaster));
   options.heartbeat_seconds = net.heartbeat_seconds();
   options.silence_seconds = kTransportPatience * net.silence_seconds();
   options.curve = keys_;

@@ -129,6 +129,19 @@ TEST_F(Network, LateLinksAreKeptBusyAndLoseNobody) {
   EXPECT_EQ(sink_.events("worker_lost"), 0);
 }
 
+TEST_F(Network, LargeNetworksOverASlowLinkLoseNobody) {
+  start();
+  Relay relay(endpoint_, {0.02, 1 << 20});
+  const auto process = worker(relay.endpoint(), "thin");
+  const auto begun = Clock::now();
+  give_noop_work(*dispatcher_, 5, 1, 0.01, 1 << 20);
+  ASSERT_TRUE(eventually([&] { return sink_.finished_times() == 1; }, 60));
+  std::printf("five networks of 1 MiB over a link of 1 MiB/s took %.2f s\n", since(begun));
+  EXPECT_GT(since(begun), 3) << "the link was not slow";
+  EXPECT_EQ(sink_.events("worker_lost"), 0) << "busy was taken for silent";
+  for (const auto& [index, times] : sink_.evaluations()) EXPECT_EQ(times, 1) << "network " << index;
+}
+
 TEST_F(Network, ASlowWorkerHoldsNothingUp) {
   start();
   const auto slow = worker(endpoint_, "slow", "sleep:3"), fast = worker(endpoint_, "fast");
@@ -169,6 +182,40 @@ TEST(Starvation, AMasterThatDidNotListenDoesNotCallItsWorkersSilent) {
   }
   ASSERT_EQ(sink.finished_times(), 1);
   EXPECT_EQ(sink.events("worker_lost"), 0);
+}
+
+// The worker's program with another version's text in the place of its own.
+std::filesystem::path worker_of_version(const std::string& version, const std::filesystem::path& folder) {
+  std::string program = testing::read_file(std::string(EVOGRASP_BIN_DIR) + "/evograsp-worker");
+  const std::string own = std::string(1, '\0') + kVersion + std::string(1, '\0');
+  const std::string other = std::string(1, '\0') + version + std::string(1, '\0');
+  EXPECT_EQ(own.size(), other.size());
+  int replaced = 0;
+  for (std::size_t at = 0; (at = program.find(own, at)) != program.npos; ++replaced)
+    program.replace(at, own.size(), other);
+  EXPECT_GT(replaced, 0) << "the program does not hold its version";
+  const auto file = folder / "evograsp-worker-other";
+  std::ofstream(file, std::ios::binary) << program;
+  std::filesystem::permissions(file, std::filesystem::perms::owner_all);
+  return file;
+}
+
+using OtherBuild = RealRun;
+
+TEST_F(OtherBuild, IsRefusedWithTheReasonOnBothSides) {
+  std::string version = kVersion;
+  version.back() = version.back() == '9' ? '8' : '9';
+  Process server("evograsp-server", server_arguments(), log("server"));
+  Process other(worker_of_version(version, dir_.path()), worker_arguments("stale", 1), log("other"));
+  EXPECT_GT(other.finish(), 0) << "a refused worker ends with an error";
+  const std::string reason = "worker build " + version + ", master build " + kVersion;
+  EXPECT_NE(other.log().find(reason), std::string::npos) << other.log();
+  const auto right = start_worker("right");
+  EXPECT_EQ(server.finish(), 0) << server.log();
+  const auto refusals = events("refused");
+  ASSERT_EQ(refusals.size(), 1U) << server.log();
+  EXPECT_NE(refusals[0].find(reason), std::string::npos) << refusals[0];
+  EXPECT_EQ(sha256_hex(champion()), sha256_hex(undisturbed()));
 }
 
 using WrongClock = RealRun;
