@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Runs the fuzzers of the preset `fuzz`, two at a time. Ends at the first input that breaks a target.
 #   deploy/fuzz.sh [TARGET...] [--seconds N]    default: every target, 60 s each
+# EVOGRASP_FUZZ_PATIENCE: seconds that one input may take (default: 30).
 # What is found new is kept in build/fuzz/found/TARGET/ for the next time, broken inputs in build/fuzz/broken/.
 set -uo pipefail
 cd "$(dirname "$0")/.." || exit 2
@@ -32,7 +33,7 @@ fuzz_one() {
   [ ! -d "tests/fuzz/regressions/$target" ] || folders+=("tests/fuzz/regressions/$target")
   [ ! -f "tests/fuzz/$target.dict" ] || options+=("-dict=tests/fuzz/$target.dict")
   # Beside the limits that the product keeps by itself (2 GB, and 20 s for a mesh), with room for a busy machine.
-  "$programs/${target}_fuzz" "${options[@]}" -max_total_time="$seconds" -timeout=30 -rss_limit_mb=2560 \
+  "$programs/${target}_fuzz" "${options[@]}" -max_total_time="$seconds" -timeout="${EVOGRASP_FUZZ_PATIENCE:-30}" -rss_limit_mb=2560 \
     -max_len="${most_bytes[$target]:-4096}" -artifact_prefix="build/fuzz/broken/$target-" -print_final_stats=1 \
     "${folders[@]}" >"$log" 2>&1
   status=$?
