@@ -31,6 +31,11 @@ std::chrono::milliseconds milliseconds(double seconds) {
   return std::chrono::milliseconds(static_cast<int>(seconds * 1000));
 }
 
+// The nearest value between the two; the first for what is no number.
+double within(double value, double least, double most) {
+  return value >= least ? std::min(value, most) : least;
+}
+
 // A thousand workers shall not knock at once. Affects no result.
 double jitter() {
   thread_local std::minstd_rand engine{std::random_device{}()};
@@ -266,8 +271,8 @@ void Session::handle(Received& message) {
 
 void Session::on_welcome(const proto::Welcome& welcome, const SessionStamp& stamp) {
   stamp_ = stamp;
-  silence_seconds_ = std::clamp(welcome.silence_seconds(), 0.05, 3600.0);
-  heartbeat_seconds_ = std::clamp(welcome.heartbeat_seconds(), 0.01, 3600.0);
+  silence_seconds_ = within(welcome.silence_seconds(), 0.05, 3600);
+  heartbeat_seconds_ = within(welcome.heartbeat_seconds(), 0.01, 3600);
   patience_ = kFirstPatience;
   spdlog::info("welcome to {}: {} slots", endpoint_, options_.slots);
   if (welcome.experiment().object_id().empty()) {  // no-op work only
