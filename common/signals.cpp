@@ -38,7 +38,11 @@ SignalWatch::~SignalWatch() {
 }
 
 void SignalWatch::start(std::function<void()> first) {
-  thread_ = std::thread([this, first = std::move(first)] {
+  {
+    const MutexLock lock(mutex_);
+    first_ = std::move(first);
+  }
+  thread_ = std::thread([this] {
     std::optional<std::chrono::steady_clock::time_point> asked;
     for (;;) {
       pollfd items[] = {{signals_, POLLIN, 0}, {end_, POLLIN, 0}};
@@ -50,9 +54,15 @@ void SignalWatch::start(std::function<void()> first) {
       if (asked && now - *asked > kCopies) _exit(130);
       if (asked) continue;
       asked = now;
-      first();
+      const MutexLock lock(mutex_);
+      if (first_) first_();
     }
   });
+}
+
+void SignalWatch::forget() {
+  const MutexLock lock(mutex_);
+  first_ = nullptr;
 }
 
 void notify_service_manager(const char* state) {

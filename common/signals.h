@@ -4,6 +4,8 @@
 #include <functional>
 #include <thread>
 
+#include "common/mutex.h"
+
 namespace evograsp {
 
 // Make one before any other thread: it blocks the signals in the calling thread and in all that follow from
@@ -19,10 +21,27 @@ class SignalWatch {
   // exit code 130; what comes within 0.3 s of the first is a copy of it (batch systems signal every process
   // of a job, and so does the job's script).
   void start(std::function<void()> first);
+  // From its return on, `first` is neither running nor called: call it before what `first` uses goes away. A
+  // second signal still ends the process.
+  void forget();
 
  private:
   int signals_ = -1, end_ = -1;
+  Mutex mutex_;
+  std::function<void()> first_ GUARDED_BY(mutex_);
   std::thread thread_;
+};
+
+// Forgets at its end: stands after whatever `first` uses, so that it goes before.
+class SignalScope {
+ public:
+  explicit SignalScope(SignalWatch& watch) : watch_(watch) {}
+  ~SignalScope() { watch_.forget(); }
+  SignalScope(const SignalScope&) = delete;
+  SignalScope& operator=(const SignalScope&) = delete;
+
+ private:
+  SignalWatch& watch_;
 };
 
 // Tells systemd (Type=notify) the state of the service, e.g. "READY=1" or "STOPPING=1"; does nothing

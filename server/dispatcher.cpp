@@ -25,6 +25,9 @@ class DispatcherThread : public Dispatcher {
   ~DispatcherThread() override {
     post({});
     thread_.join();
+    // Not 0: libzmq 4.3 ends the process when a connection breaks between two frames of a message while its
+    // socket is being closed without patience (session_base.cpp, clean_pipes).
+    loop_.router().set(zmq::sockopt::linger, 200);
   }
 
   void begin(Work work) override {

@@ -140,6 +140,7 @@ int run(server::ServerOptions options, const Flags& flags, SignalWatch& signals)
     server.stop();
     end.notify();
   });
+  const SignalScope heard(signals);
   for (const std::string& endpoint : server.endpoints()) spdlog::info("workers: {}", endpoint);
   if (server.http_port() != 0) spdlog::info("http: port {}", server.http_port());
   Announcement announcement(flags, server.http_listen());

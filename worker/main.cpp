@@ -40,6 +40,7 @@ int serve(const worker::WorkerOptions& options, SignalWatch& signals) {
     notify_service_manager("STOPPING=1");
     worker.drain();
   });
+  const SignalScope heard(signals);
   notify_service_manager("READY=1");
   const Status status = worker.run();
   if (status) return 0;

@@ -56,7 +56,9 @@ SoakRun::~SoakRun() {
 
 void SoakRun::start_server(bool resume) {
   std::vector<std::string> arguments = {"--listen", endpoint_, "--http", ""};
-  if (resume) {
+  // Killed before its first commit, there is nothing to resume.
+  const auto committed = server::StoreReader::open(folder_ / "run");
+  if (resume && committed && (*committed)->run()) {
     arguments.insert(arguments.end(), {"--resume", (folder_ / "run").string()});
   } else {
     arguments.insert(arguments.end(), {"--config", EVOGRASP_SOURCE_DIR "/configs/quick.txtpb", "--run-dir",
