@@ -12,12 +12,6 @@
 
 namespace evograsp::server {
 
-namespace {
-
-constexpr double kReunionSeconds = 5;  // in which workers that lost their connection are back
-
-}  // namespace
-
 bool DispatchLoop::is_audited(std::uint64_t genome) const {
   if (options_.audit_share <= 0) return false;
   return Random(work_.trial_set, Purpose::kAudit, work_.generation, genome).chance(options_.audit_share);
@@ -156,17 +150,9 @@ bool DispatchLoop::refuse_quarantined(const std::string& identity, const std::st
   return true;
 }
 
-bool DispatchLoop::two_parties() const {
-  return std::any_of(by_id_.begin(), by_id_.end(),
-                     [&](const auto& e) { return e.second->party != by_id_.begin()->second->party; });
-}
-
-// Audits for which there is nobody left hold up nothing, once it is sure that those who were here, or who
-// served this run's last master, do not come back at once; a contradiction that nobody can decide does.
+// Audits for which there is nobody left hold up nothing; a contradiction that nobody can decide does.
 void DispatchLoop::skip_audits() {
   if (!working_ || paused_) return;
-  if (two_parties()) together_ = now();
-  if (together_ && now() - *together_ < kReunionSeconds) return;
   const Scheduler::Skipped skipped = scheduler_.skip_audits();
   for (const std::uint32_t number : skipped.audits) auditor_.drop(number);
   tell_complete(skipped.complete);

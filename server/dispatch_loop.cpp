@@ -27,7 +27,6 @@ DispatchLoop::DispatchLoop(zmq::context_t& context, zmq::socket_t router, Dispat
       monitor_(context, router_),
       scheduler_(options_.scheduler) {
   for (const ServedAsset& asset : options_.assets) assets_.emplace(asset.id, to_frame(asset.packed));
-  if (options_.stamp.epoch > 1) together_ = 0;  // workers of the last master's are on their way back
 }
 
 double DispatchLoop::now() const {

@@ -87,7 +87,6 @@ class DispatchLoop {
   void condemn(const Auditor::Verdict& verdict);
   void discard_work(Party liar);
   void send_liars_away();
-  bool two_parties() const;
   void skip_audits();
   bool refuse_quarantined(const std::string& identity, const std::string& peer);
   std::string name_of(Party party) const;
@@ -145,7 +144,6 @@ class DispatchLoop {
   std::map<std::string, std::string> verdicts_;  // why, by identity
   std::vector<Party> liars_;                     // condemned, still connected
   bool said_alone_ = false;                      // that audits need two workers
-  std::optional<double> together_;               // s; two parties were here last, or may have been
   bool said_disputed_ = false;                   // that a dispute needs a third
   bool working_ = false;
   std::set<std::string> drained_;  // hosts and identities

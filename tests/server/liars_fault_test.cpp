@@ -126,21 +126,6 @@ TEST_F(LiarsAtNoop, ALoneWorkerIsNotHeldUp) {
   EXPECT_EQ(dispatcher_->view().audits, 0U);
 }
 
-TEST_F(LiarsAtNoop, ALiarLeftAloneForAMomentIsNotBelieved) {
-  start(1);
-  const auto honest = worker("honest", ""), liar = worker("liar", "lie");
-  give_noop_work(*dispatcher_, 1, 2, 0);
-  ASSERT_TRUE(eventually([&] { return sink_.events("worker_joined") == 2; }));
-  honest->finish(SIGKILL);
-  give_noop_work(*dispatcher_, 20, 2, 0);
-  std::this_thread::sleep_for(std::chrono::seconds(1));
-  EXPECT_EQ(sink_.events("unaudited"), 0) << "the others may be back at once";
-  const auto second = worker("second", ""), third = worker("third", "");
-  ASSERT_TRUE(eventually([&] { return sink_.events("quarantine") == 1; }));
-  ASSERT_TRUE(eventually([&] { return sink_.finished_times() >= 1; }));
-  EXPECT_TRUE(sink_.all_zero_quality()) << "a lie was believed";
-}
-
 TEST_F(LiarsAtNoop, ContradictionsOfTwoWaitForAThird) {
   start(1);
   const auto a = worker("a", ""), liar = worker("liar", "lie");
