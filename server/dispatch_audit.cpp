@@ -166,8 +166,8 @@ bool DispatchLoop::two_parties() const {
 void DispatchLoop::skip_audits() {
   if (!working_ || paused_) return;
   if (two_parties()) together_ = now();
-  if (together_ && now() - *together_ < kReunionSeconds) return;
-  const Scheduler::Skipped skipped = scheduler_.skip_audits();
+  const bool patient = together_ && now() - *together_ < kReunionSeconds;
+  const Scheduler::Skipped skipped = scheduler_.skip_audits(patient);
   for (const std::uint32_t number : skipped.audits) auditor_.drop(number);
   tell_complete(skipped.complete);
   if (!skipped.audits.empty() && !std::exchange(said_alone_, true))

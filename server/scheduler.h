@@ -132,8 +132,9 @@ class Scheduler {
     std::vector<std::uint32_t> complete;  // networks that now have all they are going to get
     bool disputed = false;                // a dispute waits for somebody who can decide it
   };
-  // Gives up audits for which there is nobody, once nothing else is left to do. Disputes are not given up.
-  Skipped skip_audits();
+  // Gives up audits for which there is nobody, once nothing else is left to do; patient: none yet, somebody
+  // may be back at once. Disputes are not given up.
+  Skipped skip_audits(bool patient = false);
   // The piece of a network, complete or not, is to be done again from the start. False: it was given up.
   bool redo(const Piece& piece);
 
