@@ -3,7 +3,7 @@
 // Of a link, NEAT's networks hold little but the weight, and of a weight little but its mantissa: 23 random
 // bits and a sign. Those travel as they are. Exponents, activations, the number of links of each node and the
 // distance of each source from the one before (1, mostly, where layers are dense) repeat themselves and go
-// through zstd. So a link takes about 3.3 bytes instead of the 6 to 7 of proto::Network. Another network of
+// through zstd. So a link takes about 3.5 bytes instead of the 6 to 7 of proto::Network. Another network of
 // the population, as a dictionary, would not help: mutation gives nearly every weight new bits.
 #pragma once
 
