@@ -35,8 +35,8 @@ const std::vector<Group>& groups() {
       {"Evolve and judge", {"train", "test", "experiment", "validate"}},
       {"Look at a grasp", {"sim", "render", "infer", "epsilon"}},
       {"Ask a running server or a run folder",
-       {"status", "watch", "workers", "generations", "species", "champion", "export", "runs", "history",
-        "events"}},
+       {"status", "watch", "workers", "generations", "species", "champion", "archive", "export", "runs",
+        "history", "events"}},
       {"Steer a running server", {"pause", "resume", "stop", "checkpoint", "log-level"}},
       {"Set up", {"slurm", "keygen", "bench", "completions"}},
   };

@@ -14,7 +14,7 @@ namespace evograsp::server {
 
 namespace {
 
-constexpr double kReunionSeconds = 5;  // in which workers that lost their connection are back
+constexpr double kReunionSeconds = 2;  // in which workers that lost their connection are back
 
 }  // namespace
 
@@ -165,8 +165,7 @@ bool DispatchLoop::two_parties() const {
 // served this run's last master, do not come back at once; a contradiction that nobody can decide does.
 void DispatchLoop::skip_audits() {
   if (!working_ || paused_) return;
-  if (two_parties()) together_ = now();
-  const bool patient = together_ && now() - *together_ < kReunionSeconds;
+  const bool patient = parted_ && now() - *parted_ < kReunionSeconds;
   const Scheduler::Skipped skipped = scheduler_.skip_audits(patient);
   for (const std::uint32_t number : skipped.audits) auditor_.drop(number);
   tell_complete(skipped.complete);

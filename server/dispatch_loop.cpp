@@ -39,7 +39,7 @@ DispatchLoop::DispatchLoop(zmq::context_t& context, zmq::socket_t router, Dispat
       monitor_(context, router_),
       scheduler_(options_.scheduler) {
   for (const ServedAsset& asset : options_.assets) assets_.emplace(asset.id, to_frame(asset.packed));
-  if (options_.stamp.epoch > 1) together_ = 0;  // workers of the last master's are on their way back
+  if (options_.stamp.epoch > 1) parted_ = 0;  // workers of the last master's are on their way back
 }
 
 double DispatchLoop::now() const {
@@ -227,6 +227,7 @@ void DispatchLoop::end_session(Session& session, Departure departure, const std:
   session.view.heard = unix_time();
   sink_.worker(session.view);
   const bool died = departure == Departure::kDied;
+  if (died && two_parties()) parted_ = now();
   if (died) ++totals_.lost;
   sink_.event(
       died, died ? "worker_lost" : "worker_left",

@@ -151,7 +151,7 @@ class DispatchLoop {
   std::map<std::string, std::string> verdicts_;  // why, by identity
   std::vector<Party> liars_;                     // condemned, still connected
   bool said_alone_ = false;                      // that audits need two workers
-  std::optional<double> together_;               // s; two parties were here last, or may have been
+  std::optional<double> parted_;                 // s; a party lost its connection, and another was here
   bool said_disputed_ = false;                   // that a dispute needs a third
   bool working_ = false;
   std::set<std::string> drained_;  // hosts and identities

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "cli/champion_assets.h"
+#include "common/network_pack.h"
 #include "common/random.h"
 #include "common/wire.h"
 #include "score/score.h"
@@ -65,7 +66,9 @@ class Replay {
   Result<std::vector<proto::Measurement>> measure(proto::Task task, const server::BestRecord& best) {
     task.add_network(best.genome);
     std::vector<zmq::message_t> networks;
-    networks.push_back(to_frame(std::string_view(best.network)));
+    const auto packed = pack_serialised(best.network);
+    if (!packed) return tl::unexpected(packed.error());
+    networks.push_back(to_frame(*packed));
     proto::TaskResult result;
     evaluator_.evaluate(task, networks, result);
     if (result.has_error()) return fail(ErrorCode::kInvalid, run_.path.string() + ": " + result.error());
