@@ -103,7 +103,7 @@ Status read_packed_part(std::string_view plain, std::string_view mantissas, Colu
   if (!in.good) return bad("too short");
   c.activation.assign(activation.begin(), activation.end());
   c.bias.resize(c.nodes);
-  std::memcpy(c.bias.data(), bias.data(), bias.size());
+  if (!bias.empty()) std::memcpy(c.bias.data(), bias.data(), bias.size());
   c.first_link.assign(1, 0);
   std::uint64_t links = 0;
   for (std::uint32_t i = 0; i < c.nodes; ++i) {
