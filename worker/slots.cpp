@@ -58,9 +58,9 @@ SlotPool::~SlotPool() {
 }
 
 bool SlotPool::end(double seconds) {
-  const auto until = std::chrono::steady_clock::now() +
-                     std::chrono::duration_cast<std::chrono::steady_clock::duration>(
-                         std::chrono::duration<double>(seconds));
+  const auto until =
+      std::chrono::steady_clock::now() +
+      std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(seconds));
   MutexLock lock(mutex_);
   stopping_ = true;
   queue_.clear();
