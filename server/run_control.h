@@ -18,10 +18,10 @@ struct WorkerView {
   std::string identity, host, build;
   std::string state;  // active, draining, quarantined, gone
   std::uint32_t slots = 0, busy = 0;
-  std::uint64_t tasks = 0, trials = 0;  // accepted from it, in this process
-  double trials_per_second = 0;         // lately
-  double silent_seconds = 0;            // since its last frame, at the time of the snapshot
-  double round_trip_seconds = 0, trial_seconds = 0;        // 0: not measured
+  std::uint64_t tasks = 0, trials = 0;               // accepted from it, in this process
+  double trials_per_second = 0;                      // lately
+  double silent_seconds = 0;                         // since its last frame, at the time of the snapshot
+  double round_trip_seconds = 0, trial_seconds = 0;  // 0: not measured
 };
 
 // What has happened since this process started. Only ever grows.

@@ -257,7 +257,8 @@ TEST(LoadConfig, ChecksThatNamedFilesExist) {
 
 TEST(LoadConfig, FindsContradictions) {
   const File file(
-      "scene { object: 'cube' objects_in_scene: 2 }\ncamera { near: 2 far: 1 object_frame: true }\nfitness { terms: '23' }\n");
+      "scene { object: 'cube' objects_in_scene: 2 }\ncamera { near: 2 far: 1 object_frame: true }\nfitness { "
+      "terms: '23' }\n");
   const std::string error = load_error(file.path());
   EXPECT_THAT(error, HasSubstr("c.txtpb:1:42: 'scene.objects_in_scene': is more than the 1 objects listed"));
   EXPECT_THAT(error, HasSubstr("c.txtpb:2:23: 'camera.far': must lie beyond camera.near"));

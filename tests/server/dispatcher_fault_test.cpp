@@ -74,7 +74,8 @@ TEST_F(DispatcherFaults, AnotherProtocolVersionIsRefusedWithTheReason) {
   const auto answer = old.next();
   ASSERT_TRUE(answer && answer->has_refusal());
   EXPECT_FALSE(answer->refusal().retry());
-  EXPECT_NE(answer->refusal().reason().find("protocol version " + std::to_string(kProtocolVersion + 1)), std::string::npos)
+  EXPECT_NE(answer->refusal().reason().find("protocol version " + std::to_string(kProtocolVersion + 1)),
+            std::string::npos)
       << answer->refusal().reason();
 }
 
