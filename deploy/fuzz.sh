@@ -33,7 +33,7 @@ fuzz_one() {
   [ ! -d "tests/fuzz/regressions/$target" ] || folders+=("tests/fuzz/regressions/$target")
   [ ! -f "tests/fuzz/$target.dict" ] || options+=("-dict=tests/fuzz/$target.dict")
   # Beside the limits that the product keeps by itself (2 GB, and 20 s for a mesh), with room for a busy machine.
-  "$programs/${target}_fuzz" "${options[@]}" -max_total_time="$seconds" -timeout="${EVOGRASP_FUZZ_PATIENCE:-30}" -rss_limit_mb=2560 \
+  "$programs/${target}_fuzz" "${options[@]}" -seed="${EVOGRASP_FUZZ_SEED:-0}" -max_total_time="$seconds" -timeout="${EVOGRASP_FUZZ_PATIENCE:-30}" -rss_limit_mb=2560 \
     -max_len="${most_bytes[$target]:-4096}" -artifact_prefix="build/fuzz/broken/$target-" -print_final_stats=1 \
     "${folders[@]}" >"$log" 2>&1
   status=$?
