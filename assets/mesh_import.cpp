@@ -17,6 +17,8 @@
 #include <vector>
 
 #include "assets/contained.h"
+#include "assets/mesh_mend.h"
+#include "assets/ply.h"
 #include "assets/text.h"
 
 namespace evograsp::assets {
@@ -75,7 +77,7 @@ class OneFile : public Assimp::IOSystem {
   std::vector<std::unique_ptr<std::string>> held_;
 };
 
-// Assimp guesses formats by content too: leave it only the five that are promised.
+// Assimp guesses formats by content too: leave it only those that are promised.
 void keep_formats(Assimp::Importer& importer) {
   std::vector<Assimp::BaseImporter*> unwanted;
   for (std::size_t i = 0; i < importer.GetImporterCount(); ++i) {
@@ -128,18 +130,29 @@ Result<Mesh> flatten(const aiScene& scene) {
   return out;
 }
 
-// In the child: what assimp makes of the file, as encoded mesh.
-Result<std::string> parse(std::string_view bytes, const std::string& extension, const fs::path& folder) {
+// Assimp hands the text of any exception on.
+std::string in_words(const std::string& why) {
+  if (why.empty()) return "not a readable mesh";
+  if (why.find("std::bad_alloc") != std::string::npos) return "needs more memory than allowed";
+  return "not a readable mesh: " + why;
+}
+
+Result<Mesh> read_by_assimp(std::string_view bytes, const std::string& extension, const fs::path& folder) {
+  const Result<std::string> good = mended(bytes, extension);
+  if (!good) return tl::unexpected(good.error());
   Assimp::Importer importer;
   keep_formats(importer);
   const std::string name = "mesh." + extension;
-  importer.SetIOHandler(new OneFile(bytes, name, folder));
+  importer.SetIOHandler(new OneFile(*good, name, folder));
   const aiScene* scene = importer.ReadFile(name, aiProcess_Triangulate);
-  if (scene == nullptr || scene->mRootNode == nullptr) {
-    const std::string why = importer.GetErrorString();
-    return fail(ErrorCode::kInvalid, why.empty() ? "not a readable mesh" : "not a readable mesh: " + why);
-  }
-  const Result<Mesh> mesh = flatten(*scene);
+  if (scene == nullptr || scene->mRootNode == nullptr)
+    return fail(ErrorCode::kInvalid, in_words(importer.GetErrorString()));
+  return flatten(*scene);
+}
+
+// In the child: the file's triangles as an encoded mesh.
+Result<std::string> parse(std::string_view bytes, const std::string& extension, const fs::path& folder) {
+  const Result<Mesh> mesh = extension == "ply" ? read_ply(bytes) : read_by_assimp(bytes, extension, folder);
   if (!mesh) return tl::unexpected(mesh.error());
   return encode(*mesh);
 }
@@ -180,18 +193,6 @@ Status clean(Mesh& mesh, const std::string& extension, double scale) {
   return {};
 }
 
-// Assimp reads a binary STL whose announced triangles are cut off without a word.
-Status check_stl_length(std::string_view bytes) {
-  if (bytes.size() < 84 || bytes.substr(0, 5) == "solid") return {};
-  std::uint32_t count = 0;
-  for (int i = 3; i >= 0; --i) count = count << 8 | static_cast<unsigned char>(bytes[80 + i]);
-  if (bytes.size() < 84 + std::size_t{50} * count) {
-    return fail(ErrorCode::kInvalid,
-                "cut short: its header announces " + std::to_string(count) + " triangles");
-  }
-  return {};
-}
-
 Result<Mesh> import_from(std::string_view bytes, const std::string& name, const fs::path& folder,
                          double scale) {
   const auto named = [&](const Error& e) { return fail(e.code, name + ": " + e.message); };
@@ -200,10 +201,7 @@ Result<Mesh> import_from(std::string_view bytes, const std::string& name, const 
     return named({ErrorCode::kInvalid, "not a mesh format (obj, stl, ply, dae, gltf, glb)"});
   if (!(scale > 0) || !std::isfinite(scale)) return named({ErrorCode::kInvalid, "scale must be above 0"});
   if (bytes.empty()) return named({ErrorCode::kInvalid, "the file is empty"});
-  if (extension == "stl") {
-    if (const Status ok = check_stl_length(bytes); !ok) return named(ok.error());
-  }
-  Containment limits;  // assimp reads tens of megabytes a second; damaged PLY files send it round in circles
+  Containment limits;  // assimp reads tens of megabytes a second, unless damage sends it round in circles
   limits.seconds = 1 + static_cast<double>(bytes.size()) / kBytesPerSecond;
   const Result<std::string> encoded = run_contained([&] { return parse(bytes, extension, folder); }, limits);
   if (!encoded) return named(encoded.error());

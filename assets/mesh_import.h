@@ -1,4 +1,4 @@
-// Mesh files through assimp, behind bounds and in a process of its own.
+// Mesh files through assimp (PLY: a reader of our own), behind bounds and in a process of its own.
 #pragma once
 
 #include <filesystem>

@@ -3,6 +3,7 @@
 
 #include <stdlib.h>
 
+#include <bit>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
@@ -106,6 +107,89 @@ inline std::string binary_stl_of(const Mesh& mesh) {
     out.append(2, '\0');
   }
   return out;
+}
+
+// Little or big endian, on any machine.
+inline void append_number(std::string& out, std::uint32_t bits, bool big) {
+  for (int i = 0; i < 4; ++i) out.push_back(static_cast<char>(bits >> 8 * (big ? 3 - i : i)));
+}
+
+inline std::string binary_ply_of(const Mesh& mesh, bool big) {
+  std::string out = ply_of(mesh);
+  out.resize(out.find("end_header\n") + 11);
+  out.replace(out.find("ascii"), 5, big ? "binary_big_endian" : "binary_little_endian");
+  for (const Vec3& v : mesh.vertices) {
+    for (int k = 0; k < 3; ++k)
+      append_number(out, std::bit_cast<std::uint32_t>(static_cast<float>(v[k])), big);
+  }
+  for (const auto& t : mesh.triangles) {
+    out.push_back(3);
+    for (const std::uint32_t v : t) append_number(out, v, big);
+  }
+  return out;
+}
+
+// One node with the mesh, its numbers in the document itself; `nodes` replaces the list of nodes.
+inline std::string gltf_of(const Mesh& mesh, const std::string& nodes = R"([{"mesh":0}])",
+                           const std::string& uri = "") {
+  const auto length = [](std::size_t n) { return std::to_string(n); };
+  const std::size_t points = 12 * mesh.vertices.size(), indices = 12 * mesh.triangles.size();
+  return R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":)" + nodes +
+         R"(,"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],"buffers":[{)" +
+         (uri.empty() ? "" : R"("uri":")" + uri + R"(",)") + R"("byteLength":)" + length(points + indices) +
+         R"(}],"bufferViews":[{"buffer":0,"byteOffset":0,"byteLength":)" + length(points) +
+         R"(},{"buffer":0,"byteOffset":)" + length(points) + R"(,"byteLength":)" + length(indices) +
+         R"(}],"accessors":[{"bufferView":0,"componentType":5126,"count":)" + length(mesh.vertices.size()) +
+         R"(,"type":"VEC3"},{"bufferView":1,"componentType":5125,"count":)" +
+         length(3 * mesh.triangles.size()) + R"(,"type":"SCALAR"}]})";
+}
+
+inline std::string gltf_buffer_of(const Mesh& mesh) {
+  std::string out;
+  for (const Vec3& v : mesh.vertices) {
+    for (int k = 0; k < 3; ++k)
+      append_number(out, std::bit_cast<std::uint32_t>(static_cast<float>(v[k])), false);
+  }
+  for (const auto& t : mesh.triangles) {
+    for (const std::uint32_t v : t) append_number(out, v, false);
+  }
+  return out;
+}
+
+inline std::string glb_of(const Mesh& mesh, const std::string& nodes = R"([{"mesh":0}])") {
+  std::string json = gltf_of(mesh, nodes);
+  json.resize((json.size() + 3) / 4 * 4, ' ');
+  const std::string buffer = gltf_buffer_of(mesh);
+  std::string out = "glTF";
+  append_number(out, 2, false);
+  append_number(out, static_cast<std::uint32_t>(12 + 8 + json.size() + 8 + buffer.size()), false);
+  append_number(out, static_cast<std::uint32_t>(json.size()), false);
+  out += "JSON" + json;
+  append_number(out, static_cast<std::uint32_t>(buffer.size()), false);
+  return out + std::string("BIN\0", 4) + buffer;
+}
+
+inline std::string dae_of(const Mesh& mesh) {
+  std::string points, corners;
+  for (const Vec3& v : mesh.vertices) {
+    for (int k = 0; k < 3; ++k) points += std::to_string(v[k]) + " ";
+  }
+  for (const auto& t : mesh.triangles) {
+    for (const std::uint32_t v : t) corners += std::to_string(v) + " ";
+  }
+  const auto count = [](std::size_t n) { return "count=\"" + std::to_string(n) + "\""; };
+  return R"(<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit name="meter" meter="1"/><up_axis>Z_UP</up_axis></asset>
+<library_geometries><geometry id="g"><mesh><source id="p"><float_array id="a" )" +
+         count(3 * mesh.vertices.size()) + ">" + points + R"(</float_array><technique_common>
+<accessor source="#a" stride="3" )" +
+         count(mesh.vertices.size()) + R"(><param name="X" type="float"/><param name="Y" type="float"/>
+<param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices><triangles )" +
+         count(mesh.triangles.size()) + R"(><input semantic="VERTEX" source="#v" offset="0"/><p>)" + corners +
+         R"(</p></triangles></mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="s"><node id="n"><instance_geometry url="#g"/></node></visual_scene>
+</library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>)";
 }
 
 // Data that the repository does not hold: $EVOGRASP_DATA, else shared/data beside the source tree. Empty:

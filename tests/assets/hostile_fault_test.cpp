@@ -10,6 +10,7 @@
 #include "assets/assets.h"
 #include "assets/contained.h"
 #include "assets/mesh_import.h"
+#include "assets/ply.h"
 #include "common/random.h"
 #include "tests/assets/files.h"
 
@@ -59,9 +60,98 @@ TEST_F(Hostile, GarbageOfEveryFormat) {
 TEST_F(Hostile, TruncatedFiles) {
   const Mesh box = box_mesh({0.02, 0.02, 0.02});
   const std::string stl = binary_stl_of(box);
-  expect_refused("cut.stl", stl.substr(0, stl.size() - 75), "cut short");
-  const std::string ply = ply_of(box);
-  expect_refused("header.ply", ply.substr(0, 40), "");
+  expect_refused("cut.stl", stl.substr(0, stl.size() - 75), "announces 12 triangles, only 10");
+  std::string solid = stl.substr(0, stl.size() - 75);
+  solid.replace(0, 5, "solid");
+  expect_refused("solid.stl", solid, "announces 12 triangles, only 10");
+  expect_refused("ascii.stl", "solid box\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n", "cut short");
+  const std::string obj = obj_of(box);
+  expect_refused("cut.obj", obj.substr(0, obj.size() - 3), "its last face has 2 corners");
+  expect_refused("half.obj", obj.substr(0, obj.size() / 2), "");
+  const std::string dae = testing::dae_of(box);
+  expect_refused("cut.dae", dae.substr(0, dae.size() - 20), "malformed XML");
+  const std::string glb = testing::glb_of(box);
+  expect_refused("cut.glb", glb.substr(0, glb.size() - 1), "cut short");
+  expect_refused("head.glb", glb.substr(0, 19), "cut short");
+  const std::string gltf = testing::gltf_of(box);
+  expect_refused("cut.gltf", gltf.substr(0, gltf.size() - 1), "cut short");
+}
+
+// Wherever a PLY file of any kind is cut before its last number, it says so.
+TEST_F(Hostile, PlyCutAnywhere) {
+  const Mesh box = box_mesh({0.02, 0.02, 0.02});
+  const std::string whole[] = {ply_of(box), testing::binary_ply_of(box, false),
+                               testing::binary_ply_of(box, true)};
+  for (const std::string& ply : whole) {
+    ASSERT_TRUE(import_mesh_bytes(ply, "box.ply", 1)) << import_mesh_bytes(ply, "box.ply", 1).error().message;
+    for (std::size_t size = 4; size + 2 < ply.size(); ++size) {
+      const Result<Mesh> mesh = read_ply(std::string_view(ply).substr(0, size));
+      ASSERT_FALSE(mesh) << "cut at " << size << " of " << ply.size();
+      const std::string& why = mesh.error().message;
+      ASSERT_NE(why.find("cut short"), std::string::npos) << "cut at " << size << ": " << why;
+    }
+  }
+  expect_refused("ascii.ply", whole[0].substr(0, whole[0].size() - 25), "announces 12 of 'face', only 9");
+  expect_refused("binary.ply", whole[1].substr(0, whole[1].size() - 20), "announces 12 of 'face', only 10");
+}
+
+TEST_F(Hostile, PlyThatLies) {
+  const std::string head = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n";
+  const std::string faces = "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+  const std::string points = "0 0 0\n0.1 0 0\n0 0.1 0\n", z = "property float z\n";
+  expect_refused("two.ply", head + faces, "no x, y and z");
+  expect_refused("index.ply", head + z + faces + points + "3 0 1 3\n", "face 1 names vertex 3 of 3");
+  expect_refused("minus.ply", head + z + faces + points + "3 0 1 -1\n", "no index");
+  expect_refused("half.ply", head + z + faces + points + "3 0 1 1.5\n", "no index");
+  expect_refused("long.ply", head + z + faces + points + "-3 0 1 2\n", "no whole length");
+  expect_refused("many.ply", head + z + faces + points + "1001 0 1 2\n", "more than 1000 corners");
+  expect_refused("word.ply", head + z + faces + "0 0 zero\n", "'vertex' 1 holds something that is no number");
+  expect_refused("type.ply", head + "property quad z\n" + faces, "unknown type");
+  expect_refused("line.ply", head + "colour red\n", "unknown header line 'colour'");
+  expect_refused("format.ply", "ply\nformat binary_middle_endian 1.0\nend_header\n", "unknown format");
+  expect_refused("none.ply", "plywood\n", "no PLY file");
+}
+
+TEST_F(Hostile, LimitsOfSize) {
+  const std::string large = folder_.write("large.stl", "solid");
+  std::filesystem::resize_file(large, kMaxMeshFile + 1);
+  const Result<LoadedObject> object = load_object(large, {});
+  ASSERT_FALSE(object);
+  EXPECT_NE(object.error().message.find("large.stl: larger than"), std::string::npos)
+      << object.error().message;
+
+  const std::string vertices = std::to_string(kMaxMeshVertices + 1), x = "property float x\n";
+  const std::string triangles = std::to_string(kMaxMeshTriangles + 1);
+  expect_refused("vertices.ply", "ply\nformat ascii 1.0\nelement vertex " + vertices + "\n" + x,
+                 "more than 2000000 vertices");
+  expect_refused("faces.ply", "ply\nformat ascii 1.0\nelement face " + triangles + "\n" + x,
+                 "more than 1000000 triangles");
+  std::string obj = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\n";
+  for (std::size_t i = 0; i <= kMaxMeshTriangles; ++i) obj += "f 1 2 3\n";
+  expect_refused("triangles.obj", obj, "1000000 triangles");
+  // A small file: each of 90,000 nodes shows the same 12 triangles.
+  std::string nodes = R"([{"mesh":0,"children":[1)";
+  for (int i = 2; i < 90000; ++i) nodes += "," + std::to_string(i);
+  nodes += "]}";
+  for (int i = 1; i < 90000; ++i) nodes += R"(,{"mesh":0})";
+  expect_refused("instances.glb", testing::glb_of(box_mesh({0.02, 0.02, 0.02}), nodes + "]"),
+                 "1000000 triangles");
+}
+
+// Thirty nodes, each of which shows the next one twice, are 2^30 boxes.
+TEST_F(Hostile, NodesThatMultiply) {
+  const Mesh box = box_mesh({0.02, 0.02, 0.02});
+  std::string nodes = "[";
+  for (int i = 1; i <= 30; ++i)
+    nodes += R"({"children":[)" + std::to_string(i) + "," + std::to_string(i) + "]},";
+  nodes += R"({"mesh":0}])";
+  const auto began = std::chrono::steady_clock::now();
+  expect_refused("many.glb", testing::glb_of(box, nodes), "node 1 has two parents");
+  expect_refused("many.gltf", testing::gltf_of(box, nodes), "node 1 has two parents");
+  expect_refused("circle.glb", testing::glb_of(box, R"([{"mesh":0,"children":[0]}])"),
+                 "root and another's child");
+  expect_refused("nobody.glb", testing::glb_of(box, R"([{"mesh":0,"children":[7]}])"), "does not exist");
+  EXPECT_LT(std::chrono::steady_clock::now() - began, std::chrono::seconds(5)) << "refused, but slowly";
 }
 
 TEST_F(Hostile, NotFiniteVertices) {
@@ -70,6 +160,8 @@ TEST_F(Hostile, NotFiniteVertices) {
   expect_refused("nan.stl", binary_stl_of(box), "not finite");
   box.vertices[3].x() = INFINITY;
   expect_refused("inf.stl", binary_stl_of(box), "not finite");
+  expect_refused("inf.ply", testing::binary_ply_of(box, false), "not finite");
+  expect_refused("far.ply", testing::binary_ply_of(box, true), "not finite");
 }
 
 TEST_F(Hostile, WrongUnitsAreNamed) {

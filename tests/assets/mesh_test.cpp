@@ -4,12 +4,17 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <numeric>
 
 #include "assets/hollow.h"
 #include "assets/hull.h"
+#include "assets/mesh_import.h"
 #include "assets/meshgen.h"
 #include "assets/parts.h"
+#include "assets/ply.h"
+#include "assets/polygon.h"
 #include "assets/simplify.h"
 #include "common/random.h"
 #include "tests/assets/files.h"
@@ -198,6 +203,109 @@ TEST(Hollow, ACupsHollowIsFoundAndABoxHasNone) {
     EXPECT_LT(p.head<2>().norm(), 0.0345);
     EXPECT_GT(p.z(), 0.0055);
   }
+}
+
+// Each format's file of a box gives the box.
+TEST(MeshImport, EveryFormatHoldsTheSameBox) {
+  const Mesh box = box_mesh({0.02, 0.03, 0.05});
+  std::string solid = testing::binary_stl_of(box);
+  solid.replace(0, 5, "solid");
+  std::string crlf = testing::ply_of(box);
+  for (std::size_t at = 0; (at = crlf.find('\n', at)) != std::string::npos; at += 2) crlf.insert(at, "\r");
+  std::string ascii = "solid box\n";
+  for (std::size_t t = 0; t < box.triangles.size(); ++t) {
+    ascii += "facet normal 0 0 0\nouter loop\n";
+    for (int k = 0; k < 3; ++k) {
+      ascii += "vertex";
+      for (int c = 0; c < 3; ++c) ascii += " " + std::to_string(box.corner(t, k)[c]);
+      ascii += "\n";
+    }
+    ascii += "endloop\nendfacet\n";
+  }
+  std::string bare = testing::obj_of(box);  // 0.02 as .02, -0.02 as -.02
+  for (std::size_t at = 0; (at = bare.find("0.", at)) != std::string::npos;) bare.erase(at, 1);
+  const std::pair<const char*, std::string> files[] = {
+      {"box.obj", testing::obj_of(box)},
+      {"bare.obj", bare},
+      {"box.stl", testing::binary_stl_of(box)},
+      {"solid.stl", solid},
+      {"longer.stl", testing::binary_stl_of(box) + "made by somebody"},
+      {"ascii.stl", ascii + "endsolid box\n"},
+      {"box.ply", testing::ply_of(box)},
+      {"crlf.ply", crlf},
+      {"little.ply", testing::binary_ply_of(box, false)},
+      {"big.ply", testing::binary_ply_of(box, true)},
+      {"box.glb", testing::glb_of(box)},
+      {"box.dae", testing::dae_of(box)},
+  };
+  for (const auto& [name, bytes] : files) {
+    const Result<Mesh> mesh = import_mesh_bytes(bytes, name, 1);
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    EXPECT_EQ(mesh->vertices.size(), 8u) << name;
+    EXPECT_EQ(mesh->triangles.size(), 12u) << name;
+    EXPECT_EQ(open_edges(*mesh), 0u) << name;
+    EXPECT_NEAR(solid_of(*mesh).volume, 2.4e-4, 1e-9) << name;
+  }
+}
+
+TEST(Ply, ReadsEveryTypeAndReadsOverWhatItDoesNotKnow) {
+  const Result<Mesh> mesh = read_ply(
+      "ply\r\nformat ascii 1.0\r\ncomment element face 9\r\nelement fan 2\r\nproperty list char short "
+      "blade\r\n"
+      "property double pitch\r\nelement vertex 4\r\nproperty uchar red\r\nproperty int16 z\r\nproperty "
+      "double y\r\n"
+      "property float32 x\r\nelement face 2\r\nproperty uint8 flag\r\nproperty list uint16 uint32 "
+      "vertex_index\r\n"
+      "end_header\r\n2 5 6 0.5\r\n0 1\r\n255 3 2e-1 +.5\r\n0 0 0 0\r\n0 0 1 0\r\n0 0 0 1\r\n1 3 1 2 3\r\n0 2 "
+      "0 1\r\n");
+  ASSERT_TRUE(mesh) << mesh.error().message;
+  ASSERT_EQ(mesh->vertices.size(), 4u);
+  EXPECT_EQ(mesh->vertices[0], Vec3(0.5, 0.2, 3));
+  EXPECT_EQ(mesh->vertices[3], Vec3(1, 0, 0));
+  ASSERT_EQ(mesh->triangles.size(), 1u) << "two corners are no face";
+  EXPECT_EQ(mesh->triangles[0], (std::array<std::uint32_t, 3>{1, 2, 3}));
+}
+
+// A whole file, whose first number begins with the byte of a line feed.
+TEST(Ply, ABinaryBodyMayBeginWithALineFeed) {
+  Mesh box = box_mesh({0.02, 0.02, 0.02});
+  box.vertices[0].x() = std::bit_cast<float>(0xbca3d70au);
+  const std::string bytes = testing::binary_ply_of(box, false);
+  ASSERT_EQ(bytes[bytes.find("end_header\n") + 11], '\n');
+  const Result<Mesh> mesh = import_mesh_bytes(bytes, "feed.ply", 1);
+  ASSERT_TRUE(mesh) << mesh.error().message;
+  EXPECT_EQ(mesh->triangles.size(), 12u);
+}
+
+double area_inside(const std::vector<Vec3>& outline) {
+  Mesh mesh;
+  std::vector<std::uint32_t> corners(outline.size());
+  std::iota(corners.begin(), corners.end(), 0);
+  mesh.vertices = outline;
+  add_polygon(corners, mesh);
+  EXPECT_EQ(mesh.triangles.size(), outline.size() - 2);
+  const Vec3 up = (mesh.corner(0, 1) - mesh.corner(0, 0)).cross(mesh.corner(0, 2) - mesh.corner(0, 0));
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Vec3 n = (mesh.corner(t, 1) - mesh.corner(t, 0)).cross(mesh.corner(t, 2) - mesh.corner(t, 0));
+    EXPECT_GE(n.dot(up), 0) << "triangle " << t << " is turned over";
+  }
+  return area_of(mesh);
+}
+
+// Triangles that overlap or stick out would have too much area.
+TEST(Polygon, ConcaveOnesAreCutIntoTheirArea) {
+  const std::vector<Vec3> arrow = {{0, 0, 0}, {2, -1, 0}, {0, 2, 0}, {-2, -1, 0}};
+  EXPECT_NEAR(area_inside(arrow), 4, 1e-12);
+  std::vector<Vec3> comb;  // ten teeth, 1 x 1 each, on a back of 19 x 1
+  for (int tooth = 0; tooth < 10; ++tooth) {
+    for (const Vec3& p : {Vec3(0, 0, 0), Vec3(0, 0, 1), Vec3(1, 0, 1), Vec3(1, 0, 0)})
+      comb.push_back(p + Vec3(2 * tooth, 0, 0));
+  }
+  comb.emplace_back(19, 0, -1);
+  comb.emplace_back(0, 0, -1);
+  EXPECT_NEAR(area_inside(comb), 29, 1e-12);
+  std::reverse(comb.begin(), comb.end());
+  EXPECT_NEAR(area_inside(comb), 29, 1e-12);
 }
 
 TEST(Meshgen, ShippedFilesAreWhatTheGeneratorWrites) {

@@ -36,6 +36,31 @@ for file in noise.txtpb noise.obj noise.stl noise.urdf empty.txtpb empty.ply cut
   [ -s err ] || fail "$file was refused without a reason"
 done
 
+# refused FILE REASON: exit code 1, the file named, the reason in words.
+refused() {
+  expect 1 "$evograsp" validate "$1"
+  grep -q "^$1: .*$2" err || fail "$1 was refused without '$2': $(cat err)"
+}
+cube='v 0 0 0\nv .1 0 0\nv 0 .1 0\nv .1 .1 0\nv 0 0 .1\nv .1 0 .1\nv 0 .1 .1\nv .1 .1 .1\n'
+faces='f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\n'
+printf %b "$cube${faces}f 2 4 8 6\n" >cube.obj
+expect 0 "$evograsp" validate cube.obj
+ply='ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n'
+ply+='element face 1\nproperty list uchar int vertex_indices\nend_header\n'
+printf %b "${ply}0 0 0\n.1 0 0\n" >truncated.ply
+refused truncated.ply "cut short: its header announces 3 of 'vertex', only 2 are there"
+printf %b "${ply}0 0 0\n.1 0 0\n0 nan 0\n3 0 1 2\n" >infinite.ply
+refused infinite.ply 'a vertex is not finite'
+truncate -s 65M large.stl
+refused large.stl 'larger than the 67108864 bytes allowed'
+printf %b "${ply/vertex 3/vertex 2000001}" >many.ply
+refused many.ply 'more than 2000000 vertices'
+printf %b "${cube}f 1 2 4 3\n" >flat.obj
+refused flat.obj 'it encloses no volume'
+printf %b "$cube$faces" >unclosed.obj
+expect 0 "$evograsp" validate unclosed.obj
+grep -q 'unclosed.obj: not closed (4 open edges)' err || fail "an open mesh without a warning"
+
 expect 1 "$evograsp" validate --json bad.txtpb quick
 grep -q '"line": 3' out || fail "JSON without the line"
 finish
