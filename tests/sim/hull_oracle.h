@@ -19,7 +19,8 @@ inline constexpr char kGraspitOptions[] = "qhull Pp n Qx C-0.0001 FA";
 // Exact facets, triangulated.
 inline constexpr char kExactOptions[] = "qhull Pp Qt";
 
-// Distance of the facet nearest the origin, 0 when the origin is outside; nothing when qhull fails.
+// Distance of the facet nearest the origin, 0 when the origin is outside or the set is flat; nothing when
+// qhull fails for another reason.
 inline std::optional<double> qhull_epsilon(std::span<const Wrench> wrenches, std::string options) {
   static std::FILE* const nowhere = std::fopen("/dev/null", "w");
   qhT memory;
@@ -37,6 +38,7 @@ inline std::optional<double> qhull_epsilon(std::span<const Wrench> wrenches, std
     }
     if (nearest && *nearest < 0) nearest = 0;
   }
+  if (code == qh_ERRsingular) nearest = 0;
   qh_freeqhull(qh, !qh_ALL);
   int kept = 0, total = 0;
   qh_memfreeshort(qh, &kept, &total);
