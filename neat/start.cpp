@@ -42,19 +42,22 @@ std::shared_ptr<const StartStructure> make_start(const proto::NeatConfig& config
   start->depth_scale = static_cast<float>(config.depth_weight_scale());
   const std::uint32_t others = config.other_inputs();
   start->depth_inputs = inputs > others ? inputs - others : 0;
-  const bool layered = config.topology() == proto::HIDDEN_LAYER && config.hidden() > 0;
+  const bool features = config.topology() == proto::FEATURES;
+  const bool layered = (features || config.topology() == proto::HIDDEN_LAYER) && config.hidden() > 0;
   const bool direct =
       config.topology() == proto::DIRECT || (config.topology() == proto::HIDDEN_LAYER && !layered);
+  // What a first layer reads: all inputs; the features with the bias.
+  const std::uint32_t first = features ? start->depth_inputs : 0;
+  const std::uint32_t read = features ? inputs + 1 - first : inputs;
   if (layered) {
     start->hidden = config.hidden();
-    for (std::uint32_t h = 0; h < start->hidden; ++h) connect(*start, 0, inputs, start->first_hidden() + h);
+    for (std::uint32_t h = 0; h < start->hidden; ++h) connect(*start, first, read, start->first_hidden() + h);
   }
-  const bool features = config.topology() == proto::FEATURES;
-  const bool bias = config.connect_bias_to_outputs() && (layered || direct);
+  const bool bias = config.connect_bias_to_outputs() && !features && (layered || direct);
   for (std::uint32_t o = 0; o < outputs; ++o) {
     const std::uint32_t target = start->first_output() + o;
     if (direct) connect(*start, 0, inputs + bias, target);
-    if (features) connect(*start, start->depth_inputs, inputs + 1 - start->depth_inputs, target);
+    if (features) connect(*start, first, read, target);
     if (layered && bias) connect(*start, inputs, 1, target);
     if (layered) connect(*start, start->first_hidden(), start->hidden, target);
   }

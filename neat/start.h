@@ -9,8 +9,8 @@ namespace evograsp::neat {
 
 // The links all genomes of the run start with, by config.topology. The last
 // config.other_inputs inputs are not depth (click, box, features) when there are more: depth_weight_scale
-// leaves them alone, and FEATURES links them (and the bias) alone, with a fifth of the bias's initial
-// weights.
+// leaves them alone, and FEATURES links them (and the bias) alone, to `hidden` nodes and the outputs, all but
+// the bias with a fifth of its initial weights.
 std::shared_ptr<const StartStructure> make_start(const proto::NeatConfig& config, std::uint32_t inputs,
                                                  std::uint32_t outputs);
 // Innovations below this are the start's (of the sparse topology: reserved for every input-output pair).

@@ -223,9 +223,26 @@ TEST(MutateWeights, DepthScaleShrinksOnlyLinksFromDepth) {
   EXPECT_GT(rest / 11, 0.2);
 }
 
+TEST(Start, FeaturesReadThroughHiddenNodesAndDirectly) {
+  proto::NeatConfig config;
+  config.set_topology(proto::FEATURES);
+  config.set_hidden(3);
+  config.set_other_inputs(7);  // click, box and a centroid
+  const auto start = make_start(config, 307, 7);
+  EXPECT_EQ(start->hidden, 3U);
+  EXPECT_EQ(start->links(), (7U + 3) * (7 + 1) + 7 * 3);
+  for (std::uint32_t h = 0; h < 3; ++h) {
+    EXPECT_TRUE(start->contains(307, start->first_hidden() + h)) << "the bias of a hidden node";
+    EXPECT_TRUE(start->contains(start->first_hidden() + h, start->first_output() + 6));
+    EXPECT_FALSE(start->contains(299, start->first_hidden() + h)) << "a depth sample";
+  }
+  EXPECT_TRUE(start->contains(300, start->first_output() + 6));
+}
+
 TEST(Start, FeaturesLinksEverythingButDepthToEveryOutput) {
   proto::NeatConfig config;
   config.set_topology(proto::FEATURES);
+  config.set_hidden(0);
   config.set_other_inputs(7);  // click, box and a centroid
   const auto start = make_start(config, 307, 7);
   EXPECT_EQ(start->links(), 7U * (7 + 1));
