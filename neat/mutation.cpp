@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "common/det_math.h"
 #include "neat/topology.h"
 #include "neat/weight_kernels.h"
 
@@ -39,6 +40,12 @@ std::uint32_t enabled_links(const Genome& genome) {
 }
 
 }  // namespace
+
+double perturb_power(const proto::NeatConfig& config, std::uint32_t generation) {
+  if (config.perturb_halving() == 0) return config.perturb_power();
+  constexpr double kLn2 = 0.693147180559945309417;
+  return config.perturb_power() * det::exp(-kLn2 * generation / config.perturb_halving());
+}
 
 void mutate_weights(Genome& genome, const proto::NeatConfig& config, Random& random) {
   const WeightStep step = weight_step(config);

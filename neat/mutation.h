@@ -29,6 +29,11 @@ void mutate_biases(Genome& genome, const proto::NeatConfig& config, Random& rand
 void mutate_activation(Genome& genome, const proto::NeatConfig& config,
                        Random& random);  // of one hidden node
 
+// How far generation `generation` (from 0) moves weights: perturb_power 2^(-generation / perturb_halving), or
+// always perturb_power without halving. Wide steps find the region, small ones the best of it (simulated
+// annealing's idea).
+double perturb_power(const proto::NeatConfig& config, std::uint32_t generation);
+
 // All of the above, each with its chance.
 void mutate(Genome& genome, const proto::NeatConfig& config, Innovations& innovations, Random& random);
 

@@ -6,6 +6,7 @@
 
 #include "neat/elites.h"
 #include "neat/express.h"
+#include "neat/mutation.h"
 #include "neat/population_state.h"
 #include "neat/reproduction.h"
 #include "neat/start.h"
@@ -243,13 +244,15 @@ void Population::tell(std::span<const double> fitness, std::span<const Behaviour
   const ElitePlaces elites = elite_places(state.archive, state.config);
   const auto places = static_cast<std::uint32_t>(told.size()) - elites.again - elites.children;
   const std::vector<std::uint32_t> children = state.share_out(ranking, selection, places);
+  proto::NeatConfig config = state.config;
+  config.set_perturb_power(perturb_power(config, state.generation));
   state.previous.resize(state.genomes.size());
   const std::span<Genome> next = state.previous;
-  reproduce({state.genomes, state.species, selection, children}, state.config, state.run_seed,
-            state.generation, state.innovations, state.next_genome, next.first(places));
+  reproduce({state.genomes, state.species, selection, children}, config, state.run_seed, state.generation,
+            state.innovations, state.next_genome, next.first(places));
   if (elites.again + elites.children > 0)
-    reproduce_elites(*state.archive, elites, state.config, state.run_seed, state.generation,
-                     state.innovations, state.next_genome, next, places);
+    reproduce_elites(*state.archive, elites, config, state.run_seed, state.generation, state.innovations,
+                     state.next_genome, next, places);
   std::swap(state.genomes, state.previous);
 
   // A random genome of each species of the old generation stands for it in the new one (section 3.3).
