@@ -18,11 +18,14 @@ std::string config_file(const LoadedStudy& study, const std::string& config) {
   return !study.base.empty() && fs::is_regular_file(beside, error) ? beside.string() : config;
 }
 
-// What decides the run's bytes, as text: neither addresses nor how work is spread.
+// What decides the run's bytes, as text: neither addresses nor how work is spread, nor its name, nor what the
+// program itself counts when the run begins.
 std::vector<std::pair<std::string, std::string>> meaning(proto::Config config) {
   config.clear_net();
   config.clear_dispatch();
   config.clear_store();
+  config.mutable_run()->clear_name();
+  config.mutable_neat()->clear_other_inputs();
   auto values = flatten(config);
   // A file is the same wherever it lies: the run keeps its name without the folder.
   for (auto& [key, value] : values) {

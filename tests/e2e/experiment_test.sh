@@ -8,7 +8,7 @@ config: "quick"
 set: "neat.population=16" set: "run.generations=4" set: "champion.candidates=2" set: "champion.validation_trials=4"
 seeds: 2
 axis { name: "class" value { name: "cube" set: "scene.object=cube" } value { name: "cylinder" test_object: "cylinder" test_object: "cuboid" } }
-axis { name: "box" value { name: "true" } value { name: "false" set: "trials.bounding_box=false" } }
+axis { name: "box" value { name: "true" } value { name: "false" set: "trials.bounding_box=false" set: "camera.feature=CENTROID" } }
 test { placements: 6 lift: false }
 curve { terms: true every: 2 placements: 4 }
 table { name: "grasps" by: "object" by: "box" column { of: "success" } column { of: "n" } }
