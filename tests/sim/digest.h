@@ -3,8 +3,10 @@
 
 #include <bit>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
+#include "sim/lift.h"
 #include "tests/sim/trials.h"
 
 namespace evograsp::sim::testing {
@@ -43,6 +45,28 @@ inline std::uint64_t digest_trial(const Simulator& sim, std::uint64_t index, Wor
     h = fold(fold(fold(h, info->point), info->anchor), info->click_a + 2 * info->click_b);
   }
   return h;
+}
+
+inline std::uint64_t digest_of(const LiftReport& lift) {
+  std::uint64_t h = mix64(lift.held ? 1 : 2);
+  h = fold(fold(fold(h, lift.slip), lift.max_displacement), lift.turn);
+  h = fold(fold(h, lift.lost_at), lift.time);
+  for (const double q : lift.joints) h = fold(h, q);
+  return h;
+}
+
+// The lift test of the first of `trials` whose grasp closes; nothing when none does.
+inline std::optional<std::uint64_t> digest_lift(const Simulator& sim, std::uint64_t trials,
+                                                Workspace& workspace) {
+  for (std::uint64_t i = 0; i < trials; ++i) {
+    const Trial trial = random_trial(sim, i);
+    GraspReport attempt;
+    if (sim.get_quality(trial.placements, trial.target, trial.tool, workspace, &attempt).quality <= 0)
+      continue;
+    const auto lift = lift_test(sim, trial.placements, trial.target, attempt);
+    return lift ? digest_of(*lift) : mix64(0);
+  }
+  return {};
 }
 
 }  // namespace evograsp::sim::testing
