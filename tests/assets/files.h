@@ -14,6 +14,7 @@
 
 #include "assets/mesh.h"
 #include "assets/surface.h"
+#include "tests/data_folder.h"
 
 namespace evograsp::assets::testing {
 
@@ -192,15 +193,6 @@ inline std::string dae_of(const Mesh& mesh) {
 </library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>)";
 }
 
-// Data that the repository does not hold: $EVOGRASP_DATA, else shared/data beside the source tree. Empty:
-// absent.
-inline std::filesystem::path data_folder() {
-  const char* given = std::getenv("EVOGRASP_DATA");
-  const std::filesystem::path path = given != nullptr
-                                         ? std::filesystem::path(given)
-                                         : std::filesystem::path(EVOGRASP_SOURCE_DIR) / "../shared/data";
-  std::error_code error;
-  return std::filesystem::is_directory(path, error) ? path : std::filesystem::path();
-}
+using evograsp::testing::data_folder;
 
 }  // namespace evograsp::assets::testing

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -14,6 +15,7 @@
 #include "proto/genome.pb.h"
 #include "sim/camera.h"
 #include "sim/png.h"
+#include "tests/data_folder.h"
 
 namespace evograsp::cli {
 namespace {
@@ -149,6 +151,46 @@ TEST_F(Look, InferOnASimulatedFrameFindsTheObject) {
   EXPECT_LT(answer["distance_from_click"].get<double>(), 0.07);
 }
 
+// A frame as the thesis's equations (6.1 to 6.3) have it: a wall 900 mm away, before it at 800 mm the front
+// of a box of 60 x 60 mm. A pixel column is (z - 100) x 0.0021 x 640/480 mm wide there, a row (z - 100) x
+// 0.0021 mm high.
+TEST_F(Look, InferOnARegisteredKinectFrameUsesItsEquations) {
+  write_champion("zero.pb", {0, 0, 0, 0, 0, 0, 0});
+  constexpr int kWidth = 640, kHeight = 480;
+  constexpr double kNear = 800, kColumn = (kNear - 100) * 0.0021 * 640 / 480, kRow = (kNear - 100) * 0.0021;
+  const double centre_x = 100, centre_y = -40;  // mm, to the right of the optical axis and above it
+  std::string pgm = "P5 640 480 65535\n";
+  for (int j = 0; j < kHeight; ++j) {
+    for (int i = 0; i < kWidth; ++i) {
+      const double x = (i - kWidth / 2) * kColumn, y = (j - kHeight / 2) * kRow;
+      const int z = std::fabs(x - centre_x) <= 30 && std::fabs(y - centre_y) <= 30 ? 800 : 900;
+      pgm += {static_cast<char>(z / 256), static_cast<char>(z % 256)};
+    }
+  }
+  write("kinect.pgm", pgm);
+  const int u = static_cast<int>(kWidth / 2 + centre_x / kColumn + 0.5);
+  const int v = static_cast<int>(kHeight / 2 + centre_y / kRow + 0.5);
+  const std::string call = "infer " + path("zero.pb") + " --depth " + path("kinect.pgm") + " --click " +
+                           std::to_string(u) + "," + std::to_string(v) + " --json";
+  const Ran ran = run(call);
+  ASSERT_EQ(ran.code, 0) << ran.out;
+  const json camera = json::parse(ran.out)["camera"];
+  const double clicked[] = {(u - 320) * kColumn / 1e3, (v - 240) * kRow / 1e3, 0.8};
+  const double middle[] = {centre_x / 1e3, centre_y / 1e3, 0.8};
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_NEAR(camera["clicked_point"][k].get<double>(), clicked[k], 1e-4) << k;
+    EXPECT_NEAR(camera["tool"]["position"][k].get<double>(), middle[k], 0.01)
+        << k << ": outputs of 0 aim at it";
+  }
+  // Seen through a lens of 525 pixels the same frame shows another place.
+  write("lens.json",
+        R"({"fx": 525, "fy": 525, "cx": 319.5, "cy": 239.5, "units_per_metre": 1000, "invalid": 0})");
+  const Ran lens = run(call + " --camera " + path("lens.json"));
+  ASSERT_EQ(lens.code, 0) << lens.out;
+  EXPECT_NEAR(json::parse(lens.out)["camera"]["clicked_point"][0].get<double>(), (u - 319.5) / 525 * 0.8,
+              2e-3);
+}
+
 TEST_F(Look, MistakesAreNamedAndHaveTheirExitCodes) {
   write_champion("zero.pb", {0, 0, 0, 0, 0, 0, 0});
   write("eight.png", *sim::encode_png(sim::ColourImage(8, 8)));
@@ -173,13 +215,15 @@ TEST_F(Look, MistakesAreNamedAndHaveTheirExitCodes) {
   refused(2, infer + path("grey.pgm"), "outside");
 }
 
-// Frames of real sensors, where the data folder is at hand (EVOGRASP_DATA, by default beside the sources).
+// Frames of real sensors.
 TEST_F(Look, RealFramesAreReadAndAnswered) {
   write_champion("zero.pb", {0, 0, 0, 0, 0, 0, 0});
-  const char* given = std::getenv("EVOGRASP_DATA");
-  const fs::path frames = fs::path(given ? given : EVOGRASP_SOURCE_DIR "/../shared/data") / "depth";
-  std::error_code error;
-  for (const fs::directory_entry& frame : fs::directory_iterator(frames, error)) {
+  const fs::path data = testing::data_folder();
+  if (data.empty()) return;
+  int frames = 0;
+  for (const fs::directory_entry& frame : fs::directory_iterator(data / "depth")) {
+    if (!frame.is_directory()) continue;
+    ++frames;
     SCOPED_TRACE(frame.path().filename().string());
     std::ifstream in(frame.path() / "camera.json");
     const json facts = json::parse(in);
@@ -194,6 +238,7 @@ TEST_F(Look, RealFramesAreReadAndAnswered) {
     ASSERT_EQ(ran.code, 0) << ran.out;
     EXPECT_LT(json::parse(ran.out)["distance_from_click"].get<double>(), 0.3);
   }
+  EXPECT_GE(frames, 4);
 }
 
 TEST(ParsePose, TurnsTheHomeOrientation) {

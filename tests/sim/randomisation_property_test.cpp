@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "sim/depth.h"
+#include "sim/friction.h"
+#include "sim/lift.h"
 #include "sim/scaled.h"
 #include "sim/scene.h"
 #include "tests/sim/digest.h"
@@ -162,6 +164,90 @@ TEST(Randomisation, TrialsOfManySizesArePureAndTakeNoOrder) {
   };
   for (std::uint64_t i = 0; i < kTrials; ++i) first[i] = digest(i, *forward);
   for (std::uint64_t i = kTrials; i-- > 0;) EXPECT_EQ(digest(i, *backward), first[i]) << "trial " << i;
+}
+
+// The factor of each object's friction: of the seed alone, over the whole range, the same for every link.
+TEST(Randomisation, FrictionFillsItsRangeAndComesFromTheSeed) {
+  proto::Config config;
+  config.mutable_scene()->set_friction_jitter(0.4);
+  const auto jittered = testing::make_simulator({"cylinder", "cube"}, "meka_h2", config);
+  const auto plain = testing::make_simulator({"cylinder", "cube"});
+  const HandModel hand = *HandModel::create(plain->hand());
+  const std::vector<proto::ObjectBundle> objects = {plain->object(0), plain->object(1)};
+  const Friction with(jittered->experiment().scene(), objects, hand);
+  const Friction without(plain->experiment().scene(), objects, hand);
+  double least = 2, most = 0, sum = 0;
+  constexpr int kSeeds = 500;
+  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+    double factor[2];
+    for (int o = 0; o < 2; ++o) {
+      factor[o] = with.mu(o, 1, seed) / without.mu(o, 1, seed);
+      EXPECT_EQ(with.mu(o, 1, seed), with.mu(o, 1, seed));
+      EXPECT_NEAR(with.mu(o, 0, seed) / without.mu(o, 0, seed), factor[o], 1e-12);
+      EXPECT_EQ(without.mu(o, 1, seed), without.mu(o, 1, seed + 1));
+      least = std::min(least, factor[o]), most = std::max(most, factor[o]), sum += factor[o];
+      ASSERT_TRUE(factor[o] >= 0.6 && factor[o] < 1.4);
+    }
+    EXPECT_NE(factor[0], factor[1]) << "each object has its own";
+  }
+  EXPECT_LT(least, 0.62);
+  EXPECT_GT(most, 1.38);
+  EXPECT_NEAR(sum / (2 * kSeeds), 1, 0.03);
+}
+
+// The hand moves and touches as ever; the contacts rub as the seed says, and epsilon with them.
+TEST(Randomisation, FrictionChangesTheGraspsQualityAndNothingElse) {
+  proto::Config config;
+  config.mutable_scene()->set_friction_jitter(0.4);
+  const auto jittered = testing::make_simulator({"cube"}, "meka_h2", config);
+  const auto plain = testing::make_simulator({"cube"});
+  const auto one = jittered->make_workspace(), two = plain->make_workspace();
+  int better = 0, worse = 0;
+  for (std::uint64_t i = 0; i < 1500; ++i) {
+    const testing::Trial trial = testing::random_trial(*plain, i);
+    GraspReport a, b;
+    jittered->get_quality(trial.placements, 0, trial.tool, *one, &a);
+    plain->get_quality(trial.placements, 0, trial.tool, *two, &b);
+    ASSERT_EQ(a.joints, b.joints) << "trial " << i;
+    ASSERT_EQ(a.contacts.size(), b.contacts.size()) << "trial " << i;
+    if (b.contacts.empty()) continue;
+    const double factor = a.contacts[0].mu / b.contacts[0].mu;
+    for (std::size_t c = 0; c < a.contacts.size(); ++c)
+      ASSERT_NEAR(a.contacts[c].mu / b.contacts[c].mu, factor, 1e-12);
+    // Wider cones hold narrower ones.
+    const double gain = a.measurement.quality - b.measurement.quality;
+    ASSERT_GE(factor > 1 ? gain : -gain, -1e-9) << "trial " << i;
+    better += gain > 1e-6 ? 1 : 0, worse += gain < -1e-6 ? 1 : 0;
+  }
+  EXPECT_GT(better, 20);
+  EXPECT_GT(worse, 20);
+}
+
+// The trial is the same to the bit; what is lifted weighs what the seed says.
+TEST(Randomisation, MassIsFeltByTheLiftTestAlone) {
+  proto::Config config;
+  config.mutable_scene()->set_mass_jitter(0.9);
+  const auto jittered = testing::make_simulator({"cube"}, "meka_h2", config);
+  const auto plain = testing::make_simulator({"cube"});
+  const auto one = jittered->make_workspace(), two = plain->make_workspace();
+  int lifts = 0, different = 0;
+  for (std::uint64_t i = 0; lifts < 4; ++i) {
+    ASSERT_LT(i, 200u) << "no grasp closes";
+    const testing::Trial trial = testing::random_trial(*plain, i);
+    GraspReport a, b;
+    jittered->get_quality(trial.placements, 0, trial.tool, *one, &a);
+    plain->get_quality(trial.placements, 0, trial.tool, *two, &b);
+    ASSERT_EQ(testing::digest_of(a.measurement), testing::digest_of(b.measurement)) << "trial " << i;
+    if (b.measurement.quality <= 0) continue;
+    ++lifts;
+    const auto heavy = lift_test(*jittered, trial.placements, 0, a),
+               again = lift_test(*jittered, trial.placements, 0, a);
+    const auto usual = lift_test(*plain, trial.placements, 0, b);
+    ASSERT_TRUE(heavy && again && usual);
+    EXPECT_EQ(testing::digest_of(*heavy), testing::digest_of(*again)) << "of the seed alone";
+    different += testing::digest_of(*heavy) != testing::digest_of(*usual) ? 1 : 0;
+  }
+  EXPECT_EQ(different, lifts) << "another mass moves otherwise";
 }
 
 TEST(Randomisation, MassAndInertiaFollowSizeAndDensity) {

@@ -13,9 +13,10 @@
 
 namespace evograsp::sim::testing {
 
+// `config` holds what differs from the defaults.
 inline std::shared_ptr<const Simulator> make_simulator(const std::vector<std::string>& objects,
-                                                       const std::string& hand = "meka_h2") {
-  proto::Config config;
+                                                       const std::string& hand = "meka_h2",
+                                                       proto::Config config = {}) {
   for (const std::string& name : objects) config.mutable_scene()->add_object(name);
   config.mutable_grasp()->set_hand(hand);
   auto resolved = assets::resolve_experiment(config, EVOGRASP_SOURCE_DIR);
