@@ -9,12 +9,30 @@ shift 5
 here=$(cd "$(dirname "$0")" && pwd)
 mkdir -p "$work" "$out"
 
-# The cheapest first.
-studies=(speedup racing training-effort fitness-combinations generality lift bounding-box hyperneat meshes one-for-all)
+studies=(speedup generality meshes bounding-box fitness-combinations lift one-for-all hyperneat training-effort racing)
+
+# same FROM TO: a run that another study has made already (the same settings and seed give the same bytes).
+same() {
+  if [ -e "$1/champion.pb" ] && [ ! -e "$2" ]; then
+    mkdir -p "$(dirname "$2")"
+    cp -r "$1" "$2"
+  fi
+}
 for ((seed = 1; seed <= seeds; seed++)); do
   for study in "${studies[@]}"; do
     [ -e "$work/$study/seeds-$seed" ] && continue
     options=(--out "$work/$study" --seeds "$seed" "$@")
+    runs=$work/$study/runs
+    for class in cylinder cube sphere mug; do
+      case $study in
+        lift | one-for-all) same "$work/generality/runs/$class-true-$seed" "$runs/$class-$seed" ;;
+        hyperneat)
+          same "$work/bounding-box/runs/$class-true-$seed" "$runs/$class-neat-true-$seed"
+          same "$work/bounding-box/runs/$class-false-$seed" "$runs/$class-neat-false-$seed"
+          ;;
+      esac
+    done
+    [ "$study" = one-for-all ] && same "$work/meshes/runs/$seed" "$runs/all-$seed"
     [ "$study" = meshes ] && options+=(--objects-from "$meshes")
     "$bin/evograsp" experiment "$study" "${options[@]}" >&2
     "$here/publish.sh" "$work/$study" "$out/$study"
