@@ -9,6 +9,7 @@
 
 #include "common/message_check.h"
 #include "common/network.h"
+#include "neat/genome.h"
 
 namespace evograsp::cli {
 
@@ -53,6 +54,11 @@ Result<proto::Champion> read_champion(const fs::path& path) {
   }
   const auto network = Network::from_proto(champion.network());
   if (!network) return fail(network.error().code, file.string() + ": " + network.error().message);
+  if (champion.has_genome()) {
+    // A substrate's network is feed-forward, as its CPPN must be.
+    const auto genome = neat::from_proto(champion.genome(), champion.network().recurrent());
+    if (!genome) return fail(genome.error().code, file.string() + ": " + genome.error().message);
+  }
   if (Status ok = check_message(champion.experiment(), file.string()); !ok) return tl::unexpected(ok.error());
   write_defaults(*champion.mutable_experiment());
   return champion;

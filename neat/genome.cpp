@@ -94,28 +94,4 @@ bool Genome::operator==(const Genome& other) const {
          late_ends_ == other.late_ends_ && weight_ == other.weight_ && enabled_ == other.enabled_;
 }
 
-proto::Genome to_proto(const Genome& genome) {
-  proto::Genome proto;
-  proto.set_version(1);
-  proto.set_id(genome.id());
-  proto.set_inputs(genome.inputs());
-  proto.set_outputs(genome.outputs());
-  for (std::uint32_t k = 0; k < genome.computed_nodes(); ++k) {
-    proto.add_node_id(genome.node_id(k));
-    proto.add_node_activation(static_cast<std::uint32_t>(genome.activation(k)));
-    proto.add_node_bias(genome.bias(k));
-  }
-  const std::uint32_t links = genome.links();
-  std::string& enabled = *proto.mutable_enabled();
-  enabled.assign((links + 7) / 8, '\0');
-  for (std::uint32_t i = 0; i < links; ++i) {
-    proto.add_innovation(genome.innovation(i));
-    proto.add_source(genome.source(i));
-    proto.add_target(genome.target(i));
-    if (genome.enabled(i)) enabled[i / 8] = static_cast<char>(enabled[i / 8] | (1 << (i % 8)));
-  }
-  proto.mutable_weight()->Add(genome.weights().begin(), genome.weights().end());
-  return proto;
-}
-
 }  // namespace evograsp::neat

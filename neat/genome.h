@@ -160,5 +160,11 @@ Status check(const Genome& genome, bool recurrent);
 
 // The whole genome as columns, start structure included.
 proto::Genome to_proto(const Genome& genome);
+// The way back, of a message from anywhere: to_proto() of what comes out is the message again, and the
+// network that it expresses the same. Such a genome stands alone: it shares no start structure, all its links
+// count as later ones. kUnsupported for a version that is not known; kInvalid, with what is wrong, for
+// columns that do not fit together, innovations or hidden nodes that do not ascend, and all that check()
+// refuses.
+Result<Genome> from_proto(const proto::Genome& proto, bool recurrent);
 
 }  // namespace evograsp::neat

@@ -138,6 +138,36 @@ TEST(Crossover, DisabledInEitherParentStaysSoAtItsRateInStartAndLateLinks) {
   for (const int i : {0, 4, 5, 6}) EXPECT_EQ(disabled[i], 0) << i;
 }
 
+TEST(Crossover, AveragesAllMatchingWeightsOrNone) {
+  proto::NeatConfig config;
+  config.set_topology(proto::DIRECT);
+  Random random(12);
+  const auto start = make_start(config, 3, 2);
+  Genome a = make_first(config, start, random), b = make_first(config, start, random);
+  for (Genome* g : {&a, &b}) g->insert_hidden(6, Activation::kTanh, 0);
+  a.insert({10, 0, 6, 1.0f, true}), b.insert({10, 0, 6, -4.0f, true});
+  a.insert({11, 6, 4, 5.0f, true});  // excess
+  const auto averaged = [&](const Genome& child) {
+    std::uint32_t count = 0;
+    for (std::uint32_t i = 0; i < b.links(); ++i)
+      count += child.weight(i) == 0.5f * (a.weight(i) + b.weight(i));
+    return count;
+  };
+  for (const double rate : {0.0, 0.3, 1.0}) {
+    config.set_mate_average(rate);
+    int times = 0;
+    for (int t = 0; t < 2000; ++t) {
+      Genome child;
+      crossover(a, b, config, random, child);
+      EXPECT_EQ(child.weight(b.links()), 5.0f) << "the fitter's alone";
+      const std::uint32_t count = averaged(child);
+      ASSERT_TRUE(count == 0 || count == b.links()) << count << " of " << b.links();
+      times += count > 0;
+    }
+    EXPECT_NEAR(times, rate * 2000, rate == 0.3 ? 80 : 0);
+  }
+}
+
 TEST(AddNode, KeepsTheOldWeightBehindTheNewNode) {
   Genome genome = with({{1, 2, 5, -0.75f, true}});
   Innovations innovations(10, 6);
@@ -185,6 +215,31 @@ TEST(AddConnection, FillsTheGraphThenGivesUpAndNeverClosesACycle) {
   // 4 sources x 4 targets, 2 hidden x 2 outputs, one link between the hidden nodes; three were there.
   EXPECT_EQ(genome.links(), 4u * 4 + 2 * 2 + 1);
   EXPECT_EQ(added, 4 * 4 + 2 * 2 + 1 - 3);
+}
+
+TEST(AddConnection, TheSameLinkHasTheSameNumberInAGenerationAndAnotherInTheNext) {
+  // Of all links 2 -> 5 alone is missing, but for c, which lacks 0 -> 4.
+  const auto all_but = [](std::uint32_t source, std::uint32_t target) {
+    std::vector<Link> links;
+    for (std::uint32_t s = 0; s < 4; ++s)
+      for (std::uint32_t t = 4; t < 6; ++t)
+        if (s != source || t != target) links.push_back({1 + 2 * s + t - 4, s, t, 1, true});
+    return with(links);
+  };
+  Genome a = all_but(2, 5), b = a, c = all_but(0, 4), later = a;
+  Innovations innovations(100, 6);
+  Random random(13);
+  for (Genome* g : {&a, &c, &b})  // another mutation between the two
+    for (int t = 0; t < 50; ++t) add_connection(*g, unconnected(), innovations, random);
+  ASSERT_EQ(a.links(), 8u);
+  ASSERT_EQ(b.links(), 8u);
+  EXPECT_EQ(a.link(7).innovation, 100u);
+  EXPECT_EQ(std::pair(a.source(7), a.target(7)), (std::pair(2u, 5u)));
+  EXPECT_EQ(b.link(7).innovation, 100u);
+  EXPECT_EQ(c.link(7).innovation, 101u);
+  innovations.next_generation();
+  for (int t = 0; t < 50; ++t) add_connection(later, unconnected(), innovations, random);
+  EXPECT_EQ(later.link(7).innovation, 102u);
 }
 
 TEST(MutateWeights, PerturbsOrReplacesAtTheConfiguredRatesWithinTheLimit) {

@@ -4,15 +4,20 @@
 // laws_property_test.cpp.)
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <map>
 #include <set>
+#include <thread>
 
 #include "neat/crossover.h"
 #include "neat/distance.h"
 #include "neat/express.h"
+#include "neat/local_evaluator.h"
 #include "neat/mutation.h"
 #include "neat/reproduction.h"
 #include "neat/start.h"
 #include "neat/topology.h"
+#include "proto/population.pb.h"
 #include "tests/neat/support.h"
 
 namespace evograsp::neat {
@@ -113,25 +118,73 @@ TEST(PeerFaults, DisabledFlagsNeitherLeakNorRevert) {
   }
 }
 
-TEST(PeerFaults, InnovationsDoNotDependOnWhoIsJudgedFirst) {
-  // Fitness arrives by genome, not by time; the numbers follow the children's order alone.
-  const auto breed = [](unsigned threads) {
-    proto::NeatConfig config = testing::lively(50);
-    config.set_add_node(0.8);
-    config.set_add_connection(0.8);
-    auto population = Population::create(config, 5, 2, 9).value();
-    for (int g = 0; g < 12; ++g) {
-      std::vector<double> fitness(population.ask().size());
-      const std::size_t n = fitness.size();
-      for (std::size_t k = 0; k < n; ++k) {  // in another order with another number of threads
-        const std::size_t i = threads == 1 ? k : (k * 17 + 3) % n;
-        fitness[i] = testing::weigh(population.ask()[i]);
+TEST(PeerFaults, NumbersFollowTheChildrenInTheirOrderAndNothingElse) {
+  // Innovations, nodes and ids are given as the children stand in ask(): ascending, without gaps, and the
+  // same mutation has the same number in all of them.
+  proto::NeatConfig config = testing::lively(50);
+  config.set_add_node(0.8);
+  config.set_add_connection(0.8);
+  auto population = Population::create(config, 5, 2, 9).value();
+  int shared = 0;
+  for (int g = 0; g < 12; ++g) {
+    proto::PopulationState before, after;
+    ASSERT_TRUE(before.ParseFromString(population.save()));
+    testing::evolve(population, 1);
+    ASSERT_TRUE(after.ParseFromString(population.save()));
+    std::uint32_t innovation = before.next_innovation(), node = before.next_node();
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> number;  // of this generation's links
+    for (std::uint32_t c = 0; c < population.ask().size(); ++c) {
+      const Genome& child = population.ask()[c];
+      if (child.id() >= before.next_genome()) {
+        EXPECT_EQ(child.id(), before.next_genome() + c);
       }
-      population.tell(fitness);
+      for (std::uint32_t i = child.start_links(); i < child.links(); ++i) {
+        if (child.innovation(i) < before.next_innovation()) continue;
+        if (child.innovation(i) >= innovation) {
+          ASSERT_EQ(child.innovation(i), innovation) << "child " << c << " of generation " << g;
+          ++innovation;
+        } else {
+          ++shared;
+        }
+        const std::pair ends(child.source(i), child.target(i));
+        EXPECT_EQ(number.try_emplace(ends, child.innovation(i)).first->second, child.innovation(i));
+      }
+      for (std::uint32_t j = 0; j < child.hidden_nodes(); ++j)
+        if (child.hidden_id(j) >= node) {
+          ASSERT_EQ(child.hidden_id(j), node) << "child " << c << " of generation " << g;
+          ++node;
+        }
+    }
+    EXPECT_EQ(innovation, after.next_innovation());
+    EXPECT_EQ(node, after.next_node());
+  }
+  EXPECT_GT(shared, 20) << "the same mutation twice in a generation";
+}
+
+TEST(PeerFaults, WhoIsJudgedFirstDecidesNothing) {
+  // Of each four genomes the first is judged last, which would show were fitness taken as it comes.
+  const auto breed = [](unsigned threads) {
+    const proto::NeatConfig config = testing::lively(48);
+    auto population = Population::create(config, 5, 2, 9).value();
+    for (int g = 0; g < 8; ++g) {
+      std::atomic<std::uint32_t> begun = 0, ended = 0;
+      const std::vector<float> in(5, 0.5f);
+      population.tell(evaluate(
+          population.ask(), config,
+          [&](const Network& network) {
+            const std::uint32_t turn = begun++;
+            while (threads == 4 && turn % 4 == 0 && ended < turn + 3) std::this_thread::yield();
+            Network::Scratch scratch;
+            std::vector<float> out(2);
+            network.activate(in, out, scratch);
+            ++ended;
+            return 2.0 + static_cast<double>(out[0] - out[1]);
+          },
+          threads));
     }
     return population.save();
   };
-  EXPECT_EQ(breed(1), breed(8));
+  EXPECT_EQ(breed(1), breed(4));
 }
 
 TEST(PeerFaults, FitnessBelowZeroCanBeTheBest) {
