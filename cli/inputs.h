@@ -15,7 +15,8 @@ namespace evograsp::cli {
 // Built-in objects and hands, as load_config wants them.
 KnownNames known_names();
 
-// A champion file (*.pb), or a run folder that holds champion.pb. Size, shape, network and genome are checked.
+// A champion file (*.pb), or a run folder that holds champion.pb. Size, shape, network and genome are
+// checked.
 Result<proto::Champion> read_champion(const std::filesystem::path& path);
 
 // Writes by way of a temporary file beside it: a reader sees the old file or the new one, whole.
