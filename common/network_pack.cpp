@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstring>
 #include <memory>
+#include <new>
 #include <vector>
 
 namespace evograsp {
@@ -72,8 +73,12 @@ struct FreeContext {
 std::string compress(const std::string& plain) {
   thread_local const std::unique_ptr<ZSTD_CCtx, FreeContext> context(ZSTD_createCCtx());
   std::string packed(ZSTD_compressBound(plain.size()), '\0');
-  packed.resize(
-      ZSTD_compressCCtx(context.get(), packed.data(), packed.size(), plain.data(), plain.size(), kLevel));
+  // With room for the worst case nothing but a lack of memory can go wrong.
+  if (context == nullptr) throw std::bad_alloc();
+  const std::size_t size =
+      ZSTD_compressCCtx(context.get(), packed.data(), packed.size(), plain.data(), plain.size(), kLevel);
+  if (ZSTD_isError(size) != 0) throw std::bad_alloc();
+  packed.resize(size);
   return packed;
 }
 
