@@ -4,7 +4,6 @@
 #include <benchmark/benchmark.h>
 #include <signal.h>
 #include <sys/prctl.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -13,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "common/cpu_time.h"
 #include "common/log.h"
 #include "common/wire.h"
 #include "score/score.h"
@@ -26,15 +26,6 @@ namespace {
 constexpr std::size_t kNetworkBytes = 20000;
 constexpr int kWorkers = 2;
 constexpr std::uint32_t kNetworks = 2000;  // a generation
-
-double cpu_seconds() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
 
 double wall_seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -136,9 +127,9 @@ void BM_Dispatch(benchmark::State& state) {
   NoopServer server;
   std::uint32_t number = 0;
   for (int i = 0; i < 3; ++i) server.generation(number++);
-  const double before = cpu_seconds(), start = wall_seconds();
+  const double before = process_cpu_seconds(), start = wall_seconds();
   for (auto _ : state) server.generation(number++);
-  report(state, cpu_seconds() - before, wall_seconds() - start);
+  report(state, process_cpu_seconds() - before, wall_seconds() - start);
 }
 BENCHMARK(BM_Dispatch)->Name("dispatch/20k")->Unit(benchmark::kMillisecond);
 
@@ -200,14 +191,14 @@ void BM_Floor(benchmark::State& state) {
     take(peer);
     for (int c = 0; c < kCredit; ++c) give(peer.to_string());
   }
-  const double before = cpu_seconds(), start = wall_seconds();
+  const double before = process_cpu_seconds(), start = wall_seconds();
   for (auto _ : state)
     for (std::uint32_t i = 0; i < kNetworks; ++i) {
       zmq::message_t peer;
       take(peer);
       give(peer.to_string());
     }
-  report(state, cpu_seconds() - before, wall_seconds() - start);
+  report(state, process_cpu_seconds() - before, wall_seconds() - start);
 }
 BENCHMARK(BM_Floor)->Name("dispatch_floor/20k")->Unit(benchmark::kMillisecond);
 

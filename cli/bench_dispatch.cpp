@@ -127,19 +127,24 @@ nlohmann::ordered_json document(const DispatchOptions& options, const DispatchFi
           {"generator_late_ms", seen.workers.worst_late * 1000}};
 }
 
+const char* plural(std::int64_t count) {
+  return count == 1 ? "" : "s";
+}
+
 std::string text(const DispatchOptions& options, const DispatchFigures& seen) {
   const auto j = document(options, seen);
   const auto number = [&](const char* name) { return j[name].get<double>(); };
   char line[1024];
   std::snprintf(
       line, sizeof line,
-      "%d workers x %d slots, %g ms a task, %u tasks an evaluation, credit %u%s\n"
+      "%d worker%s x %d slot%s, %g ms a task, %u task%s an evaluation, credit %u%s\n"
       "genome      %.0f B, its network %.0f B as protobuf, %.0f B as it travels\n"
       "busy        %.1f %% of the slots' time\n"
       "master      %.0f tasks/s, %.1f us CPU each, %.0f MB resident (%+.1f MB)\n"
       "bytes       %.0f out and %.0f in an evaluation\n"
       "workers     %.0f connected, %.0f lost, %.0f refused; the generator was late by %.1f ms at most\n",
-      options.workers.workers, options.workers.slots, options.task_ms, options.master.trials,
+      options.workers.workers, plural(options.workers.workers), options.workers.slots,
+      plural(options.workers.slots), options.task_ms, options.master.trials, plural(options.master.trials),
       options.master.credit, options.curve ? ", CURVE" : "", number("genome_bytes"), number("network_bytes"),
       number("packed_bytes"), 100 * seen.busy, number("tasks_per_second"), number("master_cpu_us_a_task"),
       number("resident_bytes") / 1e6, number("grown_bytes") / 1e6, number("bytes_sent"),

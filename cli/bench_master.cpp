@@ -3,7 +3,6 @@
 #include <signal.h>
 #include <spdlog/spdlog.h>
 #include <sys/prctl.h>
-#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -16,6 +15,7 @@
 #include <set>
 
 #include "cli/bench_genome.h"
+#include "common/cpu_time.h"
 #include "common/zap.h"
 #include "score/score.h"
 #include "server/dispatcher.h"
@@ -40,15 +40,6 @@ bool read_whole(int fd, void* data, std::size_t size) {
 }
 bool write_whole(int fd, const void* data, std::size_t size) {
   return send(fd, data, size, MSG_NOSIGNAL) == static_cast<ssize_t>(size);
-}
-
-double cpu_seconds() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
 std::uint64_t resident_bytes() {
@@ -123,7 +114,7 @@ class Child {
   BenchMasterFigures figures() const {
     const server::DispatchView view = dispatcher_->view();
     BenchMasterFigures f;
-    f.cpu_seconds = cpu_seconds();
+    f.cpu_seconds = process_cpu_seconds();
     f.resident_bytes = resident_bytes();
     f.seconds = view.seconds;
     f.evaluations = view.evaluations;

@@ -272,8 +272,9 @@ void draw(Pen& pen, const Figure& figure, const FigureLayout& layout) {
   for (const LegendEntry& entry : layout.legend) draw_legend(pen, entry);
   const int columns = std::max(1, figure.columns);
   for (std::size_t i = 0; i < figure.charts.size(); ++i) {
-    const double left = layout.cell_width * static_cast<double>(static_cast<int>(i) % columns);
-    const double top = layout.top + layout.cell_height * static_cast<double>(static_cast<int>(i) / columns);
+    const int row = static_cast<int>(i) / columns, column = static_cast<int>(i) % columns;
+    const double left = layout.cell_width * static_cast<double>(column);
+    const double top = layout.top + layout.cell_height * static_cast<double>(row);
     ChartDrawing(pen, figure.charts[i], {left, left + layout.cell_width, top, top + layout.cell_height})
         .draw();
   }

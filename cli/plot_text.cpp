@@ -1,6 +1,7 @@
 // The plot in characters: each is a cell of 2 x 4 Braille dots, so that 64 x 13 characters show 128 x 52
 // points.
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include "cli/plot.h"
@@ -48,7 +49,7 @@ class Canvas {
 void draw(Canvas& canvas, const FitnessPlot& plot, double FitnessPoint::*value, double top, int step) {
   const double last = std::max<double>(1, plot.points.back().generation);
   const auto y_of = [&](double fitness) {
-    return static_cast<int>(std::clamp(fitness / top, 0.0, 1.0) * (canvas.height() - 1) + 0.5);
+    return static_cast<int>(std::lround(std::clamp(fitness / top, 0.0, 1.0) * (canvas.height() - 1)));
   };
   std::size_t at = 0;
   int previous = -1;

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 
@@ -17,7 +18,7 @@ constexpr double kSecondsBetweenLines = 2;
 
 std::string bar(double done, int width) {
   static const char* kEighths[] = {"", "▏", "▎", "▍", "▌", "▋", "▊", "▉"};
-  const int eighths = static_cast<int>(std::clamp(done, 0.0, 1.0) * width * 8 + 0.5);
+  const int eighths = static_cast<int>(std::lround(std::clamp(done, 0.0, 1.0) * width * 8));
   std::string out;
   for (int i = 0; i < eighths / 8; ++i) out += "█";
   out += kEighths[eighths % 8];
@@ -34,7 +35,7 @@ ProgressStyle progress_style(std::FILE* out) {
 }
 
 std::string duration(double seconds) {
-  const auto whole = static_cast<long long>(std::max(0.0, seconds) + 0.5);
+  const auto whole = std::llround(std::max(0.0, seconds));
   char text[48];
   if (seconds < 9.95) {
     std::snprintf(text, sizeof text, "%.1f s", std::max(0.0, seconds));

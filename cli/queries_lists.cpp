@@ -1,4 +1,5 @@
 // `evograsp workers`, `generations`, `species`, `events` and `history`.
+#include <cmath>
 #include <ctime>
 
 #include "cli/output.h"
@@ -25,7 +26,7 @@ std::string count_text(const json& row, const char* key) {
 
 std::string rate_text(const json& worker) {
   const double rate = number_in(worker, "trials_per_second");
-  return rate >= 0 && rate < 1e15 ? with_commas(static_cast<std::uint64_t>(rate + 0.5)) : "-";
+  return rate >= 0 && rate < 1e15 ? with_commas(static_cast<std::uint64_t>(std::llround(rate))) : "-";
 }
 
 std::string clock_time(double unix_seconds) {

@@ -17,6 +17,7 @@
 #include "cli/stop_signals.h"
 #include "common/config.h"
 #include "common/log.h"
+#include "common/near_miss.h"
 
 namespace evograsp::cli {
 namespace {
@@ -222,9 +223,9 @@ int train(const Options& options) {
 void add_train(CLI::App& app, Outcome& outcome) {
   auto options = std::make_shared<Options>();
   CLI::App* sub = app.add_subcommand("train", "evolve a grasp controller on this machine");
-  sub->add_option(
-      "config", options->config,
-      "config file, or a built-in one: quick, cylinder, cube, sphere, mug, mesh, hyperneat, thesis_full");
+  const std::vector<std::string> names = builtin_configs();
+  sub->add_option("config", options->config,
+                  "config file, or a built-in one: " + join_words(names, names.size()));
   sub->add_option("--out", options->out, "run folder to make [runs/NAME, numbered when taken]")
       ->type_name("DIR");
   sub->add_option("--resume", options->resume, "go on with the run in this folder, to the same bytes")

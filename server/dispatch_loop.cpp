@@ -29,6 +29,19 @@ std::string plain_network(const zmq::message_t& bytes) {
   return network ? deterministic_bytes(network->to_proto()) : bytes.to_string();
 }
 
+// What went out with the task is the worker's now; what was known already stays as it is.
+void note_sent(const proto::Task& task, const Assignment& what, std::span<const NetworkFrame> networks,
+               NetworkMemory& has) {
+  int known = 0;
+  for (int i = 0; i < task.network_size(); ++i) {
+    if (known < task.known_size() && task.known(known) == static_cast<std::uint32_t>(i)) {
+      ++known;
+      continue;
+    }
+    has.add(task.network(i), {}, networks[what.networks[static_cast<std::size_t>(i)]].bytes.size());
+  }
+}
+
 }  // namespace
 
 DispatchLoop::DispatchLoop(zmq::context_t& context, zmq::socket_t router, DispatcherOptions options,
@@ -178,14 +191,7 @@ SendResult DispatchLoop::send_task(Session& session, const Assignment& what) {
   session.told = now();
   if (anew) session.has.clear();
   session.work = work_number_;
-  int known = 0;
-  for (int i = 0; i < task.network_size(); ++i) {
-    if (known < task.known_size() && task.known(known) == static_cast<std::uint32_t>(i)) {
-      ++known;
-      continue;
-    }
-    session.has.add(task.network(i), {}, networks_[what.networks[static_cast<std::size_t>(i)]].bytes.size());
-  }
+  note_sent(task, what, networks_, session.has);
   return result;
 }
 

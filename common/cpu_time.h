@@ -1,0 +1,18 @@
+// What this process has cost.
+#pragma once
+
+#include <sys/resource.h>
+
+namespace evograsp {
+
+// CPU seconds of the process so far, user and system, all threads. Thread-safe.
+inline double process_cpu_seconds() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+}  // namespace evograsp
