@@ -184,7 +184,7 @@ void RunLoop::judge_generation(const TrialPlan& plan, const std::vector<Judgemen
   ++judged_generations_;
   bests_.push_back(best);
   while (bests_.size() > config_.champion().candidates()) bests_.pop_front();
-  judged_ = Committed{std::move(record), std::move(best), population_.species(), {}};
+  judged_ = Committed{record, std::move(best), population_.species(), {}};
   describe_elites(*judged_);
 }
 
