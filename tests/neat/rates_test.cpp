@@ -173,5 +173,50 @@ TEST(Mutate, CallsEachOperatorAtItsOwnRateAndNoOther) {
     }
 }
 
+TEST(Mutation, StepsHalveEverySoManyGenerations) {
+  proto::NeatConfig config;
+  config.set_perturb_power(0.2);
+  EXPECT_EQ(perturb_power(config, 1000), 0.2) << "they stay, unless asked";
+  config.set_perturb_halving(50);
+  EXPECT_EQ(perturb_power(config, 0), 0.2);
+  EXPECT_NEAR(perturb_power(config, 25), 0.2 / std::sqrt(2.0), 1e-15);
+  EXPECT_NEAR(perturb_power(config, 150), 0.025, 1e-15);
+  EXPECT_EQ(perturb_power(config, 4000000000U), 0);
+}
+
+// A population whose weights are moved and nothing else: what a child's weight is away from any parent's.
+TEST(Mutation, APopulationTakesSmallerStepsLater) {
+  proto::NeatConfig config;
+  config.set_population(30);
+  config.set_hidden(1);
+  config.set_mutate_weights(1);
+  config.set_perturb_weight(1);
+  config.set_perturb_power(0.5);
+  config.set_perturb_halving(4);
+  config.set_add_node(0);
+  config.set_add_connection(0);
+  config.set_crossover(0);
+  auto population = Population::create(config, 5, 2, 3);
+  ASSERT_TRUE(population);
+  for (std::uint32_t generation = 0; generation < 12; ++generation) {
+    const std::vector<Genome> parents(population->ask().begin(), population->ask().end());
+    population->tell(std::vector<double>(30, 1.0));
+    float largest = 0;
+    for (const Genome& child : population->ask()) {
+      float nearest = 10;
+      for (const Genome& parent : parents) {
+        float moved = 0;
+        for (std::uint32_t i = 0; i < child.links(); ++i)
+          moved = std::max(moved, std::fabs(child.weight(i) - parent.weight(i)));
+        nearest = std::min(nearest, moved);
+      }
+      largest = std::max(largest, nearest);
+    }
+    const double step = perturb_power(config, generation);
+    EXPECT_LE(largest, 1.0001 * step) << "generation " << generation;
+    EXPECT_GT(largest, 0.7 * step) << "generation " << generation;
+  }
+}
+
 }  // namespace
 }  // namespace evograsp::neat
