@@ -143,8 +143,8 @@ BENCHMARK(BM_Dispatch)->Name("dispatch/20k")->Unit(benchmark::kMillisecond);
   proto::Envelope answer = make_envelope({1, 1});
   answer.mutable_result()->add_measurement();
   for (;;) {
-    zmq::message_t head, body;
-    if (!socket.recv(head) || !socket.recv(body)) _exit(0);
+    zmq::message_t head;
+    if (!socket.recv(head)) _exit(0);
     proto::Envelope envelope;
     envelope.ParseFromArray(head.data(), static_cast<int>(head.size()));
     answer.mutable_result()->set_id(envelope.task().id());
@@ -166,17 +166,13 @@ void BM_Floor(benchmark::State& state) {
   zmq::socket_t router(context, zmq::socket_type::router);
   router.set(zmq::sockopt::linger, 0);
   router.bind(endpoint);
-  zmq::message_t network = to_frame(std::string(kNetworkBytes, 'n'));
+  const std::string network(kNetworkBytes, 'n');
   proto::Envelope task = make_envelope({1, 1});
   task.mutable_task()->add_trial();
   std::uint64_t next = 0;
   const auto give = [&](const std::string& peer) {
     task.mutable_task()->set_id(++next);
-    send(router, peer, to_frame(task), [&] {
-      std::vector<zmq::message_t> body;
-      body.push_back(share(network));
-      return body;
-    }());
+    send(router, peer, to_frame(task, {network}));
   };
   const auto take = [&](zmq::message_t& peer) {
     zmq::message_t head;

@@ -58,9 +58,9 @@ Result<std::string> StepClient::asset(const std::string& id, double seconds) {
     if (!answer) return tl::unexpected(answer.error());
     const proto::AssetReply& reply = answer->envelope.asset_reply();
     if (!answer->envelope.has_asset_reply() || reply.id() != id) continue;
-    if (!reply.found() || answer->body.size() != 1)
+    if (!reply.found() || answer->attachments.size() != 1)
       return fail(ErrorCode::kNotFound, endpoint_ + ": does not have asset " + id);
-    return answer->body[0].to_string();
+    return answer->attachments[0].to_string();
   }
 }
 
@@ -76,7 +76,7 @@ Result<StepClient::Answer> StepClient::next(double seconds) {
       return fail(ErrorCode::kInvalid, endpoint_ + ": sent " + received.fault);
     if (received.envelope->has_refusal())
       return fail(ErrorCode::kUnavailable, endpoint_ + " refuses: " + received.envelope->refusal().reason());
-    return Answer{*received.envelope, std::move(received.body)};
+    return Answer{*received.envelope, std::move(received.attachments)};
   }
   return fail(ErrorCode::kUnavailable, endpoint_ + ": no answer");
 }

@@ -37,7 +37,7 @@ class StepClient {
   StepClient() : context_(std::make_unique<zmq::context_t>(1)) {}
   struct Answer {
     proto::Envelope envelope;
-    std::vector<zmq::message_t> body;
+    std::vector<zmq::message_t> attachments;
   };
   Result<Answer> next(double seconds);
 

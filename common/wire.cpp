@@ -1,6 +1,8 @@
 #include "common/wire.h"
 
-#include <cstring>
+#include <google/protobuf/io/coded_stream.h>
+
+#include <algorithm>
 
 #include "common/version.h"
 
@@ -10,6 +12,25 @@ zmq::message_t to_frame(const google::protobuf::MessageLite& message) {
   const std::size_t size = message.ByteSizeLong();
   zmq::message_t frame(size);
   message.SerializeWithCachedSizesToArray(static_cast<std::uint8_t*>(frame.data()));
+  return frame;
+}
+
+// Fields that follow a serialised message are part of it: nothing is copied twice.
+zmq::message_t to_frame(const proto::Envelope& envelope, const std::vector<std::string_view>& attachments) {
+  using google::protobuf::io::CodedOutputStream;
+  constexpr std::uint32_t kTag = proto::Envelope::kAttachmentFieldNumber << 3 | 2;  // length-delimited
+  const std::size_t size = envelope.ByteSizeLong();
+  std::size_t whole = size;
+  for (const std::string_view bytes : attachments)
+    whole +=
+        CodedOutputStream::VarintSize32(kTag) + CodedOutputStream::VarintSize64(bytes.size()) + bytes.size();
+  zmq::message_t frame(whole);
+  auto* end = envelope.SerializeWithCachedSizesToArray(static_cast<std::uint8_t*>(frame.data()));
+  for (const std::string_view bytes : attachments) {
+    end = CodedOutputStream::WriteVarint32ToArray(kTag, end);
+    end = CodedOutputStream::WriteVarint64ToArray(bytes.size(), end);
+    end = std::copy(bytes.begin(), bytes.end(), end);
+  }
   return frame;
 }
 
@@ -31,22 +52,14 @@ proto::Envelope make_envelope(const SessionStamp& stamp) {
   return envelope;
 }
 
-SendResult send(zmq::socket_t& socket, const std::string& peer, zmq::message_t head,
-                std::vector<zmq::message_t> body) {
+SendResult send(zmq::socket_t& socket, const std::string& peer, zmq::message_t frame) {
   try {
-    // Only the first frame can be refused: once it is taken, ZeroMQ takes the whole message.
+    // Only the routing id can be refused: once it is taken, ZeroMQ takes the whole message.
     if (!peer.empty()) {
       const auto flags = zmq::send_flags::sndmore | zmq::send_flags::dontwait;
       if (!socket.send(zmq::buffer(peer), flags)) return SendResult::kFull;
     }
-    const auto more = [&](std::size_t sent) {
-      return sent < body.size() ? zmq::send_flags::sndmore | zmq::send_flags::dontwait
-                                : zmq::send_flags::dontwait;
-    };
-    if (!socket.send(head, more(0))) return SendResult::kFull;
-    for (std::size_t i = 0; i < body.size(); ++i)
-      if (!socket.send(body[i], more(i + 1))) return SendResult::kFull;
-    return SendResult::kSent;
+    return socket.send(frame, zmq::send_flags::dontwait) ? SendResult::kSent : SendResult::kFull;
   } catch (const zmq::error_t& error) {
     if (error.num() == EHOSTUNREACH) return SendResult::kGone;
     throw;
@@ -65,64 +78,64 @@ int source_fd(zmq::message_t& frame) {
   return zmq_msg_get(frame.handle(), ZMQ_SRCFD);
 }
 
-// Takes the rest of a message off the socket, keeping at most kMaxBodyFrames of it.
-bool take_rest(zmq::socket_t& socket, bool more, std::vector<zmq::message_t>& body) {
-  bool complete = true;
+// Takes the rest of a message off the socket. False: there was one.
+bool nothing_follows(zmq::socket_t& socket, bool more) {
+  const bool alone = !more;
   while (more) {
     zmq::message_t frame;
     if (!socket.recv(frame)) return false;
     more = frame.more();
-    if (body.size() < kMaxBodyFrames)
-      body.push_back(std::move(frame));
-    else
-      complete = false;
   }
-  return complete;
+  return alone;
+}
+
+// Why an envelope is unacceptable; empty: it is not.
+std::string fault_of(const proto::Envelope& envelope) {
+  if (envelope.protocol() != kProtocolVersion)
+    return "protocol version " + std::to_string(envelope.protocol()) + ", this is version " +
+           std::to_string(kProtocolVersion);
+  if (envelope.body_case() == proto::Envelope::BODY_NOT_SET) return "an envelope without content";
+  if (static_cast<std::size_t>(envelope.attachment_size()) > kMaxAttachments)
+    return std::to_string(envelope.attachment_size()) + " attachments, more than " +
+           std::to_string(kMaxAttachments);
+  return {};
 }
 
 }  // namespace
 
 bool receive(zmq::socket_t& socket, bool from_router, google::protobuf::Arena& arena, Received& received) {
-  received.peer.clear();
-  received.body.clear();
-  received.fault.clear();
-  received.envelope = nullptr;
-  received.fd = -1;
-  received.size = 0;
-  zmq::message_t head;
-  if (!socket.recv(head, zmq::recv_flags::dontwait)) return false;
+  received = {};
+  zmq::message_t frame;
+  if (!socket.recv(frame, zmq::recv_flags::dontwait)) return false;
   if (from_router) {
-    received.peer.assign(static_cast<const char*>(head.data()), head.size());
-    if (!head.more()) {
+    received.peer.assign(static_cast<const char*>(frame.data()), frame.size());
+    if (!frame.more()) {
       received.fault = "a message without an envelope";
       return true;
     }
-    if (!socket.recv(head)) return false;
-    received.fd = source_fd(head);
+    if (!socket.recv(frame)) return false;
+    received.fd = source_fd(frame);
   }
-  if (!take_rest(socket, head.more(), received.body)) {
-    received.fault = "too many frames in one message";
-    received.body.clear();
+  received.size = frame.size();
+  if (!nothing_follows(socket, frame.more())) {
+    received.fault = "more than one frame in one message";
     return true;
   }
-  received.size = head.size();
-  for (const zmq::message_t& frame : received.body) received.size += frame.size();
-  if (from_router && head.size() > kMaxEnvelopeToMaster) {
-    received.fault = "an envelope of " + std::to_string(head.size()) + " bytes, more than " +
+  if (from_router && frame.size() > kMaxEnvelopeToMaster) {
+    received.fault = "an envelope of " + std::to_string(frame.size()) + " bytes, more than " +
                      std::to_string(kMaxEnvelopeToMaster);
-    received.body.clear();
     return true;
   }
   auto* envelope = google::protobuf::Arena::CreateMessage<proto::Envelope>(&arena);
-  if (!envelope->ParseFromArray(head.data(), static_cast<int>(head.size())))
+  if (!envelope->ParseFromArray(frame.data(), static_cast<int>(frame.size())))
     received.fault = "a frame that is not an envelope";
-  else if (envelope->protocol() != kProtocolVersion)
-    received.fault = "protocol version " + std::to_string(envelope->protocol()) + ", this is version " +
-                     std::to_string(kProtocolVersion);
-  else if (envelope->body_case() == proto::Envelope::BODY_NOT_SET)
-    received.fault = "an envelope without content";
   else
-    received.envelope = envelope;
+    received.fault = fault_of(*envelope);
+  if (!received.fault.empty()) return true;
+  received.envelope = envelope;
+  received.attachments.reserve(static_cast<std::size_t>(envelope->attachment_size()));
+  for (const std::string& bytes : envelope->attachment()) received.attachments.push_back(to_frame(bytes));
+  envelope->clear_attachment();
   return true;
 }
 

@@ -33,13 +33,15 @@ fuzz_one() {
   [ ! -d "tests/fuzz/regressions/$target" ] || folders+=("tests/fuzz/regressions/$target")
   [ ! -f "tests/fuzz/$target.dict" ] || options+=("-dict=tests/fuzz/$target.dict")
   # Beside the limits that the product keeps by itself (2 GB, and 20 s for a mesh), with room for a busy machine.
-  "$programs/${target}_fuzz" "${options[@]}" -seed="${EVOGRASP_FUZZ_SEED:-0}" -max_total_time="$seconds" -timeout="${EVOGRASP_FUZZ_PATIENCE:-30}" -rss_limit_mb=2560 \
+  local TIMEFORMAT='clock %R processor %U %S'
+  { time "$programs/${target}_fuzz" "${options[@]}" -seed="${EVOGRASP_FUZZ_SEED:-0}" -max_total_time="$seconds" -timeout="${EVOGRASP_FUZZ_PATIENCE:-30}" -rss_limit_mb=2560 \
     -max_len="${most_bytes[$target]:-4096}" -artifact_prefix="build/fuzz/broken/$target-" -print_final_stats=1 \
-    "${folders[@]}" >"$log" 2>&1
+    "${folders[@]}"; } >"$log" 2>&1
   status=$?
   if [ $status -eq 0 ]; then
     printf '%-12s %s\n' "$target" \
-      "$(awk '/^#[0-9]+/ {line=$0} /number_of_executed_units/ {n=$2} END {match(line, /cov: [0-9]+/); print n " inputs, " substr(line, RSTART, RLENGTH)}' "$log")"
+      "$(awk '/^#[0-9]+/ {line=$0} /number_of_executed_units/ {n=$2} /^clock/ {clock=$2; cpu=$4+$5}
+        END {match(line, /cov: [0-9]+/); printf "%d inputs, %s, %.1f minutes, %.0f s of processor\n", n, substr(line, RSTART, RLENGTH), clock / 60, cpu}' "$log")"
     return 0
   fi
   echo "$target: BROKEN (log: $log)"

@@ -51,7 +51,7 @@ DispatchLoop::DispatchLoop(zmq::context_t& context, zmq::socket_t router, Dispat
       router_(std::move(router)),
       monitor_(context, router_),
       scheduler_(options_.scheduler) {
-  for (const ServedAsset& asset : options_.assets) assets_.emplace(asset.id, to_frame(asset.packed));
+  for (const ServedAsset& asset : options_.assets) assets_.emplace(asset.id, asset.packed);
   if (options_.stamp.epoch > 1) parted_ = 0;  // workers of the last master's are on their way back
 }
 
@@ -171,21 +171,19 @@ SendResult DispatchLoop::send_task(Session& session, const Assignment& what) {
   if (anew) task.mutable_trial()->Add(work_.trials.begin(), work_.trials.end());
   task.set_first_trial(what.first_trial);
   task.set_trials(what.trials);
-  std::vector<zmq::message_t> bodies;
-  bodies.reserve(what.networks.size());
-  std::size_t bytes = 0;
+  std::vector<std::string_view> packed;
+  packed.reserve(what.networks.size());
   for (const std::uint32_t network : what.networks) {
     if (!anew && session.has.has(networks_[network].id)) {
       task.add_known(static_cast<std::uint32_t>(task.network_size()));
     } else {
-      bodies.push_back(share(networks_[network].bytes));
-      bytes += bodies.back().size();
+      packed.push_back(networks_[network].bytes.to_string_view());
     }
     task.add_network(networks_[network].id);
   }
-  zmq::message_t head = to_frame(envelope);
-  bytes += head.size();
-  const SendResult result = send(router_, session.peer, std::move(head), std::move(bodies));
+  zmq::message_t frame = to_frame(envelope, packed);
+  const std::size_t bytes = frame.size();
+  const SendResult result = send(router_, session.peer, std::move(frame));
   if (result != SendResult::kSent) return result;
   totals_.bytes_sent += bytes;
   session.told = now();

@@ -60,7 +60,7 @@ void DispatchLoop::handle_stranger(Received& message) {
 void DispatchLoop::handle_session(Session& session, const Received& message) {
   const proto::Envelope& envelope = *message.envelope;
   if (SessionStamp{envelope.run(), envelope.epoch()} != options_.stamp) return;  // from another master's days
-  if (!message.body.empty()) return misbehaved(message.peer, "body frames where none belong");
+  if (!message.attachments.empty()) return misbehaved(message.peer, "attachments where none belong");
   switch (envelope.body_case()) {
     case proto::Envelope::kAssetRequest:
       return on_asset_request(message);
@@ -91,8 +91,8 @@ void DispatchLoop::handle_session(Session& session, const Received& message) {
 void DispatchLoop::on_hello(const Received& message) {
   const proto::Hello& hello = message.envelope->hello();
   const std::string& peer = message.peer;
-  if (!message.body.empty() || hello.slots() < 1 || hello.slots() > kMaxSlots || hello.identity().empty() ||
-      hello.identity().size() > kMaxName)
+  if (!message.attachments.empty() || hello.slots() < 1 || hello.slots() > kMaxSlots ||
+      hello.identity().empty() || hello.identity().size() > kMaxName)
     return misbehaved(peer, "a hello without identity, or with no or too many slots");
   if (hello.build() != kVersion) {
     ++totals_.refused;
@@ -192,12 +192,12 @@ void DispatchLoop::on_asset_request(const Received& message) {
   proto::Envelope envelope = make_envelope(options_.stamp);
   envelope.mutable_asset_reply()->set_id(clean(id));
   envelope.mutable_asset_reply()->set_found(asset != assets_.end());
-  std::vector<zmq::message_t> body;
+  std::vector<std::string_view> packed;
   if (asset != assets_.end()) {
     envelope.mutable_asset_reply()->set_compressed(true);
-    body.push_back(share(asset->second));
+    packed.push_back(asset->second);
   }
-  send(router_, message.peer, to_frame(envelope), std::move(body));
+  send(router_, message.peer, to_frame(envelope, packed));
 }
 
 void DispatchLoop::on_ready(Session& session, const proto::Ready& ready) {

@@ -251,7 +251,7 @@ void Session::handle(Received& message) {
   if (state_ == State::kGreeting || stamp != stamp_) return;
   switch (envelope.body_case()) {
     case proto::Envelope::kAssetReply:
-      return on_asset(envelope.asset_reply(), message.body);
+      return on_asset(envelope.asset_reply(), message.attachments);
     case proto::Envelope::kTask:
     case proto::Envelope::kStepRequest:
       return enqueue(message);
@@ -309,11 +309,11 @@ void Session::request_assets() {
   }
 }
 
-void Session::on_asset(const proto::AssetReply& reply, const std::vector<zmq::message_t>& body) {
+void Session::on_asset(const proto::AssetReply& reply, const std::vector<zmq::message_t>& attachments) {
   if (state_ != State::kLoading || built_) return;
-  if (!reply.found() || body.size() != 1)
+  if (!reply.found() || attachments.size() != 1)
     return give_up({ErrorCode::kNotFound, endpoint_ + " does not have asset " + reply.id()});
-  const Status status = loader_.accept(reply.id(), body[0].to_string_view());
+  const Status status = loader_.accept(reply.id(), attachments[0].to_string_view());
   if (!status) return give_up({status.error().code, endpoint_ + ": " + status.error().message});
   if (loader_.missing().empty()) build_simulator();
 }
@@ -345,7 +345,7 @@ void Session::enqueue(Received& message) {
   job.stamp = stamp_;
   job.session = session_;
   job.envelope = *message.envelope;
-  job.networks = std::move(message.body);
+  job.networks = std::move(message.attachments);
   if (job.envelope.has_task()) {
     if (Status status = memory_.complete(*job.envelope.mutable_task(), job.networks); !status) {
       spdlog::warn("{}: {}: connecting anew", endpoint_, status.error().message);

@@ -50,7 +50,7 @@ class Session {
   void handle(Received& message);
   void on_welcome(const proto::Welcome& welcome, const SessionStamp& stamp);
   void on_refusal(const proto::Refusal& refusal);
-  void on_asset(const proto::AssetReply& reply, const std::vector<zmq::message_t>& body);
+  void on_asset(const proto::AssetReply& reply, const std::vector<zmq::message_t>& attachments);
   void on_cancel(const proto::Cancel& cancel);
   void on_drain(const proto::Drain& drain);
   void request_assets();

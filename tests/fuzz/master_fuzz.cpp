@@ -66,14 +66,14 @@ server::DispatcherOptions options() {
 class Peer {
  public:
   explicit Peer(const std::string& address) : socket_(*make_dealer(fuzz::context(), address, {})) {}
-  void say(fuzz::Message message) { send(socket_, {}, std::move(message.head), std::move(message.body)); }
+  void say(zmq::message_t frame) { send(socket_, {}, std::move(frame)); }
   void listen() {
     google::protobuf::Arena arena;
     Received received;
     while (receive(socket_, false, arena, received)) {
       fuzz::require(received.fault.empty(), "a master sends envelopes");
       if (!received.envelope->has_task()) continue;
-      fuzz::require(memory_.complete(*received.envelope->mutable_task(), received.body).has_value(),
+      fuzz::require(memory_.complete(*received.envelope->mutable_task(), received.attachments).has_value(),
                     "a task comes with what its worker lacks");
       tasks_.push_back(received.envelope->task());
     }

@@ -20,33 +20,25 @@ inline std::string new_address() {
   return "inproc://fuzz" + std::to_string(++number);
 }
 
-// One message: an envelope's bytes and up to three body frames.
-struct Message {
-  zmq::message_t head;
-  std::vector<zmq::message_t> body;
-};
-
-// flags: 1: protocol and stamp as they should be; 2: `mend` may mend the content; the next two bits: body
-// frames.
+// One frame: an envelope's bytes and up to three attachments.
+// flags: 1: protocol and stamp as they should be; 2: `mend` may mend the content; the next two bits:
+// attachments.
 template <class Mend>
-Message cut_message(Pieces& pieces, const SessionStamp& stamp, Mend mend) {
+zmq::message_t cut_message(Pieces& pieces, const SessionStamp& stamp, Mend mend) {
   const std::uint8_t flags = pieces.byte();
   const std::string_view bytes = pieces.bytes();
-  Message message;
   proto::Envelope envelope;
-  if ((flags & 3) == 0 || !envelope.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
-    message.head = to_frame(bytes);
-  } else {
-    if ((flags & 1) != 0) {
-      envelope.set_protocol(kProtocolVersion);
-      envelope.set_run(stamp.run);
-      envelope.set_epoch(stamp.epoch);
-    }
-    if ((flags & 2) != 0) mend(envelope);
-    message.head = to_frame(envelope);
+  const bool raw = (flags & 3) == 0 || !envelope.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()));
+  std::vector<std::string_view> attachments;
+  for (int i = 0; i < (flags >> 2 & 3); ++i) attachments.push_back(pieces.bytes());
+  if (raw) return to_frame(bytes);
+  if ((flags & 1) != 0) {
+    envelope.set_protocol(kProtocolVersion);
+    envelope.set_run(stamp.run);
+    envelope.set_epoch(stamp.epoch);
   }
-  for (int i = 0; i < (flags >> 2 & 3); ++i) message.body.push_back(to_frame(pieces.bytes()));
-  return message;
+  if ((flags & 2) != 0) mend(envelope);
+  return to_frame(envelope, attachments);
 }
 
 }  // namespace evograsp::fuzz

@@ -44,7 +44,7 @@ class FuzzedWorker {
   }
 
  private:
-  void say(fuzz::Message message) { send(router_, peer_, std::move(message.head), std::move(message.body)); }
+  void say(zmq::message_t frame) { send(router_, peer_, std::move(frame)); }
 
   void turn() {
     wakeup_->notify();
