@@ -10,8 +10,23 @@ namespace {
 
 constexpr std::string_view kCombinations[] = {"1", "12", "13", "14", "123", "124", "134", "1234"};
 
+// Far beyond anything measured, and small enough for sums of squares over any population to stay finite.
+// False for NaN.
+bool within(double low, double x, double high) {
+  return x >= low && x <= high;
+}
+constexpr double kFarthest = 1e100, kBestQuality = 1e6;
+
 bool finite(const proto::Vec3& v) {
-  return std::isfinite(v.x()) && std::isfinite(v.y()) && std::isfinite(v.z());
+  return within(-kFarthest, v.x(), kFarthest) && within(-kFarthest, v.y(), kFarthest) &&
+         within(-kFarthest, v.z(), kFarthest);
+}
+
+// A measurement comes from a worker, which may be broken or lie: one number must not end the run.
+bool possible(const proto::Measurement& m) {
+  return within(-kBestQuality, m.quality(), kBestQuality) && finite(m.p()) && finite(m.s()) &&
+         finite(m.o()) && within(0, m.target_distance(), kFarthest) &&
+         within(0, m.nearest_object(), kFarthest) && !std::isnan(m.theta());
 }
 
 double distance(const proto::Vec3& a, const proto::Vec3& b) {
@@ -57,10 +72,7 @@ Result<Scorer> Scorer::create(const proto::FitnessConfig& c) {
 
 Terms Scorer::trial(const proto::Measurement& m) const {
   Terms t;
-  const bool sane = m.outcome() != proto::NOT_A_NUMBER && m.outcome() != proto::NO_TRIAL &&
-                    std::isfinite(m.quality()) && finite(m.p()) && finite(m.s()) && finite(m.o()) &&
-                    !std::isnan(m.theta());
-  if (!sane) return t;
+  if (m.outcome() == proto::NOT_A_NUMBER || m.outcome() == proto::NO_TRIAL || !possible(m)) return t;
   if (!(m.quality() > 0) || m.nearest_object() < m.target_distance()) {
     t.f2 = beta_ / (distance(m.p(), m.o()) + alpha_);
   } else {
@@ -77,7 +89,7 @@ Terms Scorer::trial(const proto::Measurement& m) const {
   for (int i = 1; i <= 4; ++i)
     if (f_enabled_[i]) t.total += f[i];
   t.total *= 1 - hold_weight_ * (1 - t.hold);
-  return t;
+  return std::isfinite(t.total) ? t : Terms{};
 }
 
 double Scorer::evaluation(std::span<const proto::Measurement> trials) const {

@@ -19,6 +19,8 @@ struct Terms {
 class Scorer {
  public:
   static Result<Scorer> create(const proto::FitnessConfig& config);
+  // Finite whatever the measurement says; zero for one that cannot have been measured (NaN, infinities,
+  // negative distances).
   Terms trial(const proto::Measurement& m) const;
   // Mean of the trials in the order given; 0 for none.
   double evaluation(std::span<const proto::Measurement> trials) const;

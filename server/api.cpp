@@ -173,6 +173,11 @@ class Api final : public ApiServer {
         }
       }
       access_.check(request);
+      // A few bytes of either can ask for gigabytes.
+      if (request.has_header("Range"))
+        throw HttpError{416, "range", "ranges are not served: ask for the whole"};
+      if (request.has_header("Content-Encoding"))
+        throw HttpError{415, "encoding", "send the body as it is, without Content-Encoding"};
     } catch (const HttpError& error) {
       if (error.status == 401) response.set_header("WWW-Authenticate", "Bearer");
       answer_error(response, error);

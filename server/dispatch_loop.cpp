@@ -51,7 +51,14 @@ DispatchLoop::DispatchLoop(zmq::context_t& context, zmq::socket_t router, Dispat
       router_(std::move(router)),
       monitor_(context, router_),
       scheduler_(options_.scheduler) {
-  for (const ServedAsset& asset : options_.assets) assets_.emplace(asset.id, asset.packed);
+  for (const ServedAsset& asset : options_.assets) {
+    proto::Envelope envelope = make_envelope(options_.stamp);
+    proto::AssetReply& reply = *envelope.mutable_asset_reply();
+    reply.set_id(asset.id);
+    reply.set_found(true);
+    reply.set_compressed(true);
+    asset_replies_.emplace(asset.id, to_frame(envelope, {asset.packed}));
+  }
   if (options_.stamp.epoch > 1) parted_ = 0;  // workers of the last master's are on their way back
 }
 

@@ -138,7 +138,7 @@ class DispatchLoop {
   WorkerId next_id_ = 1;
   std::unordered_map<std::string, Client> clients_;  // by routing id
   std::uint64_t next_client_ = 1;
-  std::unordered_map<std::string, std::string> assets_;
+  std::unordered_map<std::string, zmq::message_t> asset_replies_;  // one frame for all who ask
 
   Work work_;
   std::uint64_t work_number_ = 0;

@@ -134,23 +134,22 @@ void DispatchLoop::on_hello(const Received& message) {
 // told that the name is taken, until the first one is gone.
 bool DispatchLoop::supersede(const proto::Hello& hello, const std::string& peer) {
   const std::string identity = clean(hello.identity());
-  const auto same = std::find_if(by_id_.begin(), by_id_.end(), [&](const auto& entry) {
-    return entry.second->view.identity == identity || entry.second->peer == peer;
-  });
-  if (same == by_id_.end()) return true;
-  Session& old = *same->second;
-  const bool comes_back =
-      old.peer == peer || (old.view.pid == hello.pid() && old.view.host == clean(hello.host()));
-  if (!comes_back) {
+  // Two at most: one of this name, one of this connection under another name.
+  std::vector<Session*> before;
+  for (const auto& [id, session] : by_id_)
+    if (session->view.identity == identity || session->peer == peer) before.push_back(session);
+  for (const Session* old : before) {
+    if (old->peer == peer || (old->view.pid == hello.pid() && old->view.host == clean(hello.host())))
+      continue;
     ++totals_.refused;
     const std::string reason = "identity " + identity + " is in use by process " +
-                               std::to_string(old.view.pid) + " on " + old.view.host +
+                               std::to_string(old->view.pid) + " on " + old->view.host +
                                ": start this worker with another --identity";
     if (complaints_.allow(now())) sink_.event(true, "refused", reason);
     refuse(peer, reason, true);
     return false;
   }
-  end_session(old, Departure::kLeft, "came back over a new connection");
+  for (Session* old : before) end_session(*old, Departure::kLeft, "came back over a new connection");
   return true;
 }
 
@@ -188,16 +187,15 @@ void DispatchLoop::misbehaved(const std::string& peer, const std::string& fault)
 
 void DispatchLoop::on_asset_request(const Received& message) {
   const std::string& id = message.envelope->asset_request().id();
-  const auto asset = assets_.find(id);
+  const auto reply = asset_replies_.find(id);
+  if (reply != asset_replies_.end()) {
+    send(router_, message.peer, share(reply->second));
+    return;
+  }
   proto::Envelope envelope = make_envelope(options_.stamp);
   envelope.mutable_asset_reply()->set_id(clean(id));
-  envelope.mutable_asset_reply()->set_found(asset != assets_.end());
-  std::vector<std::string_view> packed;
-  if (asset != assets_.end()) {
-    envelope.mutable_asset_reply()->set_compressed(true);
-    packed.push_back(asset->second);
-  }
-  send(router_, message.peer, to_frame(envelope, packed));
+  envelope.mutable_asset_reply()->set_found(false);
+  send(router_, message.peer, envelope);
 }
 
 void DispatchLoop::on_ready(Session& session, const proto::Ready& ready) {

@@ -25,8 +25,7 @@ class DispatcherThread : public Dispatcher {
   ~DispatcherThread() override {
     post({});
     thread_.join();
-    // Not 0: libzmq 4.3 ends the process when a connection breaks between two frames of a message while its
-    // socket is being closed without patience (session_base.cpp, clean_pipes).
+    // What workers were told last should reach them.
     loop_.router().set(zmq::sockopt::linger, 200);
   }
 

@@ -13,6 +13,7 @@
 #include "common/version.h"
 #include "common/watchdog.h"
 #include "server/server.h"
+#include "server/store.h"
 
 namespace {
 
@@ -189,13 +190,13 @@ int main(int argc, char** argv) {
   }
   set_up_logging(flags.log);
   allow_many_connections();
+  if (app.count("--listen") > 0 && flags.listen.empty())
+    return report({ErrorCode::kUsage, "--listen: wants an address, e.g. tcp://127.0.0.1:5555"});
   server::ServerOptions options;
   options.net = net_of(app, flags);
-  std::error_code problem;
   if (flags.take_up && flags.run_dir.empty())
     return report({ErrorCode::kUsage, "--continue: --run-dir is wanted; see --help"});
-  if (flags.take_up && std::filesystem::exists(flags.run_dir + "/run.db", problem))
-    flags.resume = flags.run_dir;
+  if (flags.take_up && server::Store::holds_run(flags.run_dir)) flags.resume = flags.run_dir;
   if (!flags.resume.empty()) {
     options.run_dir = flags.resume;
     options.resume = true;

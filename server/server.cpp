@@ -235,7 +235,7 @@ class ServerImpl : public Server {
   };
 
   Status open_http(const proto::NetConfig& net) {
-    auto token = load_token({});
+    auto token = load_token(net.http_token_file());
     if (!token) return tl::unexpected(token.error());
     ApiOptions options;
     options.listen = net.http();

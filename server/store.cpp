@@ -344,6 +344,10 @@ Result<std::unique_ptr<Store>> start(OpenRun run, const proto::StoreConfig& conf
 
 }  // namespace
 
+bool Store::holds_run(const std::filesystem::path& run_dir) {
+  return server::holds_run(run_dir);
+}
+
 Result<std::unique_ptr<Store>> Store::create(const std::filesystem::path& run_dir, NewRun run) {
   auto opened = open_new(run_dir, run);
   if (!opened) return tl::unexpected<Error>(opened.error());

@@ -68,6 +68,8 @@ class Store {
  public:
   using Callback = std::function<void(const Status&)>;  // called on the store's thread; must not block
 
+  // Whether there is a run to resume: --continue asks.
+  static bool holds_run(const std::filesystem::path& run_dir);
   // A new run in run_dir (made when missing). kInvalid when there is a run already.
   static Result<std::unique_ptr<Store>> create(const std::filesystem::path& run_dir, NewRun run);
   struct Resumed {

@@ -159,6 +159,14 @@ Status take_up(Database& database, ResumePoint& point) {
 
 }  // namespace
 
+bool holds_run(const std::filesystem::path& run_dir) {
+  const std::filesystem::path file = run_dir / kStoreFile;
+  std::error_code ignored;
+  if (!std::filesystem::exists(file, ignored)) return false;
+  const auto found = Database::open(file, Database::Mode::kReadOnly);
+  return !found || (*found)->integer("SELECT count(*) FROM sqlite_schema").value_or(1) != 0;
+}
+
 Result<OpenRun> open_new(const std::filesystem::path& run_dir, const NewRun& run) {
   std::error_code problem;
   std::filesystem::create_directories(run_dir, problem);
@@ -166,14 +174,9 @@ Result<OpenRun> open_new(const std::filesystem::path& run_dir, const NewRun& run
   auto lock = RunLock::take(run_dir);
   if (!lock) return error_of(lock);
   const std::filesystem::path file = run_dir / kStoreFile;
-  if (std::filesystem::exists(file, problem)) {
-    // A server that died before its first commit leaves an empty file behind.
-    auto found = Database::open(file, Database::Mode::kReadOnly);
-    const bool empty = found && (*found)->integer("SELECT count(*) FROM sqlite_schema").value_or(1) == 0;
-    if (!empty)
-      return fail(ErrorCode::kInvalid,
-                  file.string() + ": there is a run already; resume it (--resume), or choose another folder");
-  }
+  if (holds_run(run_dir))
+    return fail(ErrorCode::kInvalid,
+                file.string() + ": there is a run already; resume it (--resume), or choose another folder");
   auto database = Database::open(file, Database::Mode::kCreate);
   if (!database) return error_of(database);
   if (Status s = write_new(**database, run); !s) return error_of(s);

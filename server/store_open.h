@@ -17,6 +17,8 @@ struct OpenRun {
   std::unique_ptr<Database> database;
 };
 
+// False also for the empty file that a server leaves which is killed before its first commit.
+bool holds_run(const std::filesystem::path& run_dir);
 Result<OpenRun> open_new(const std::filesystem::path& run_dir, const NewRun& run);
 // Checks the file, takes up its newest whole state and counts the start.
 Result<OpenRun> open_existing(const std::filesystem::path& run_dir, ResumePoint& point);

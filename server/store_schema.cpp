@@ -191,7 +191,7 @@ Status check_schema(Database& database) {
     return fail(ErrorCode::kInvalid,
                 name +
                     ": not a run of evograsp (another kind of SQLite file, or a run that was "
-                    "killed before it began)");
+                    "killed before it began: begin it again with --config)");
   if (*version == kSchemaVersion || *version == kOldestSchema) return {};
   const std::string remedy = *version > kSchemaVersion ? "use the newer evograsp that made it"
                                                        : "finish it with the evograsp that made it";

@@ -48,7 +48,8 @@ class FuzzedWorker {
 
   void turn() {
     wakeup_->notify();
-    fuzz::require(session_->turn().has_value(), "a session needs no more than its socket");
+    const Status status = session_->turn();
+    fuzz::require(status.has_value(), status ? "" : status.error().message.c_str());
     google::protobuf::Arena arena;
     Received received;
     while (receive(router_, true, arena, received)) {

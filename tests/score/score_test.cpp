@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 
 namespace evograsp::score {
@@ -156,6 +157,47 @@ TEST(Score, EvaluationIsTheMean) {
 TEST(Score, SuccessIsForceClosure) {
   EXPECT_TRUE(success(grasp(0.01)));
   EXPECT_FALSE(success(grasp(0)));
+}
+
+// A worker may send any bits. NaN or infinity in a fitness would spoil means, deviations and run.db.
+TEST(Score, IsFiniteWhateverAWorkerSays) {
+  using Limits = std::numeric_limits<double>;
+  const double specials[] = {Limits::quiet_NaN(),
+                             Limits::infinity(),
+                             -Limits::infinity(),
+                             Limits::max(),
+                             -Limits::max(),
+                             -1e308,
+                             1e300,
+                             Limits::denorm_min(),
+                             -0.0,
+                             0.0,
+                             -1.0,
+                             1e-300};
+  for (const auto preset : {proto::NORMALISED, proto::RAW})
+    for (const double hold_weight : {0.0, 0.5}) {
+      proto::FitnessConfig fitness = config("1234", preset);
+      fitness.set_hold_weight(hold_weight);
+      const auto scorer = Scorer::create(fitness);
+      ASSERT_TRUE(scorer);
+      for (const double x : specials)
+        for (int field = 0; field < 13; ++field) {
+          proto::Measurement m = grasp(0.5);
+          proto::Vec3* vectors[] = {m.mutable_p(), m.mutable_s(), m.mutable_o()};
+          if (field == 0) m.set_quality(x);
+          if (field == 1) m.set_nearest_object(x);
+          if (field == 2) m.set_target_distance(x);
+          if (field == 3) m.set_theta(x);
+          if (field >= 4) {
+            proto::Vec3& v = *vectors[(field - 4) / 3];
+            const int axis = (field - 4) % 3;
+            axis == 0 ? v.set_x(x) : axis == 1 ? v.set_y(x) : v.set_z(x);
+          }
+          const double total = scorer->trial(m).total;
+          // Squares of a million of them add up.
+          EXPECT_LT(std::abs(total), 1e140) << "field " << field << " = " << x;
+        }
+    }
 }
 
 }  // namespace

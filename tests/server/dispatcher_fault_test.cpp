@@ -42,6 +42,16 @@ class DispatcherFaults : public ::testing::Test {
     for (const auto& [index, times] : evaluations) EXPECT_EQ(times, 1) << "network " << index;
   }
 
+  // Until the work is done.
+  void answer_all(RawPeer& peer) {
+    for (int answered = 0; sink_.finished_times() == 0 && answered < 20; ++answered) {
+      const auto task = peer.next();
+      ASSERT_TRUE(task);
+      if (task->has_task()) peer.send(peer.result_of(task->task()));
+      eventually([&] { return sink_.finished_times() > 0; }, 0.05);
+    }
+  }
+
   zmq::context_t context_{1};
   CountingSink sink_;
   std::unique_ptr<server::Dispatcher> dispatcher_;
@@ -176,6 +186,28 @@ TEST_F(DispatcherFaults, ASecondProcessWithTheSameIdentityMustWait) {
   EXPECT_NE(answer->refusal().reason().find("in use"), std::string::npos);
 }
 
+TEST_F(DispatcherFaults, AConnectionThatTakesAnOlderSessionsNameIsOneSession) {
+  start();
+  RawPeer other(context_, endpoint_), turncoat(context_, endpoint_);
+  ASSERT_TRUE(other.join("taken"));
+  ASSERT_TRUE(turncoat.join("own"));
+  ASSERT_TRUE(turncoat.join("taken"));
+  give_noop_work(*dispatcher_, 4, 1, 0);
+  answer_all(turncoat);
+  expect_once(4);
+}
+
+TEST_F(DispatcherFaults, AConnectionThatTakesAYoungerSessionsNameIsOneSession) {
+  start();
+  RawPeer other(context_, endpoint_), turncoat(context_, endpoint_);
+  ASSERT_TRUE(turncoat.join("own"));
+  ASSERT_TRUE(other.join("taken"));
+  ASSERT_TRUE(turncoat.join("taken"));
+  give_noop_work(*dispatcher_, 4, 1, 0);
+  answer_all(turncoat);
+  expect_once(4);
+}
+
 TEST_F(DispatcherFaults, AProcessThatComesBackReplacesItsOldSession) {
   start();
   RawPeer first(context_, endpoint_);
@@ -184,14 +216,7 @@ TEST_F(DispatcherFaults, AProcessThatComesBackReplacesItsOldSession) {
   ASSERT_TRUE(first.next());  // holds work now
   RawPeer again(context_, endpoint_);
   ASSERT_TRUE(again.join("phoenix"));
-  int answered = 0;
-  while (sink_.finished_times() == 0 && answered < 20) {
-    const auto task = again.next();
-    ASSERT_TRUE(task);
-    if (task->has_task()) again.send(again.result_of(task->task()));
-    ++answered;
-    eventually([&] { return sink_.finished_times() > 0; }, 0.05);
-  }
+  answer_all(again);
   expect_once(4);
 }
 
