@@ -11,9 +11,12 @@
 #include <chrono>
 #include <deque>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
+
+#include "common/random.h"
 
 namespace evograsp::testing {
 
@@ -22,6 +25,7 @@ class Relay {
   struct Link {
     double delay_seconds = 0;     // each way
     double bytes_a_second = 1e9;  // each way, of each connection
+    double loss = 0;              // share of the chunks that come a retransmission later, and all behind them
   };
   Relay(const std::string& endpoint, Link link) : link_(link), target_(port_of(endpoint)) {
     listener_ = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
@@ -42,17 +46,35 @@ class Relay {
   const std::string& endpoint() const { return endpoint_; }
   // Nothing passes, and nobody is told: what a pulled cable looks like.
   void cut() { cut_ = true; }
-  void restore() { cut_ = false; }
+  // Connections are reset, new ones as well: what a restarted switch or firewall looks like.
+  void reset() { resetting_ = true; }
+  void restore() { cut_ = resetting_ = false; }
+  void set_link(Link link) {
+    const std::lock_guard lock(mutex_);
+    link_ = link;
+  }
+  std::size_t connections() const { return connections_; }
+  // Connections that were reset or bytes that came late by a loss, so far.
+  std::size_t resets() const { return resets_; }
+  std::size_t losses() const { return losses_; }
+  // What the last connection said first, to whoever it is that it connected to.
+  std::string recorded() const {
+    const std::lock_guard lock(mutex_);
+    return recorded_;
+  }
 
  private:
   using Clock = std::chrono::steady_clock;
+  static constexpr double kRetransmission = 0.2;  // the kernel's least
+  static constexpr std::size_t kRecorded = 1 << 20;
   struct Chunk {
     Clock::time_point due;
     std::string bytes;
   };
   struct Way {  // one direction
     int from, to;
-    std::deque<Chunk> queue;
+    bool recorded = false;
+    std::deque<Chunk> queue{};
     double allowance = 0;
   };
   struct Pipe {
@@ -84,13 +106,22 @@ class Relay {
       before = now;
       if (cut_) continue;
       accept_waiting();
+      if (resetting_) resets_ += pipes_.size();
+      const Link link = current();
       for (auto& pipe : pipes_)
-        for (Way& way : pipe->ways) pipe->broken = !move(way, now, passed) || pipe->broken;
+        for (Way& way : pipe->ways)
+          pipe->broken = resetting_ || !move(way, link, now, passed) || pipe->broken;
       std::erase_if(pipes_, [](const auto& pipe) {
         if (pipe->broken) pipe->close_both();
         return pipe->broken;
       });
+      connections_ = pipes_.size();
     }
+  }
+
+  Link current() const {
+    const std::lock_guard lock(mutex_);
+    return link_;
   }
 
   void accept_waiting() {
@@ -108,25 +139,34 @@ class Relay {
         continue;
       }
       auto pipe = std::make_unique<Pipe>();
-      pipe->ways[0] = {from, to, {}, 0};
-      pipe->ways[1] = {to, from, {}, 0};
+      pipe->ways[0] = {from, to, true};
+      pipe->ways[1] = {to, from};
+      const std::lock_guard lock(mutex_);
+      recorded_.clear();
       pipes_.push_back(std::move(pipe));
     }
   }
 
   // False when the connection has ended.
-  bool move(Way& way, Clock::time_point now, double passed) {
-    way.allowance = std::min(way.allowance + passed * link_.bytes_a_second, link_.bytes_a_second * 0.5 + 1);
+  bool move(Way& way, const Link& link, Clock::time_point now, double passed) {
+    way.allowance = std::min(way.allowance + passed * link.bytes_a_second, link.bytes_a_second * 0.5 + 1);
     char buffer[65536];
-    const auto delay =
-        std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(link_.delay_seconds));
     while (way.allowance >= 1 && way.queue.size() < 10000) {
       const auto most = std::min(sizeof buffer, static_cast<std::size_t>(way.allowance));
       const ssize_t got = recv(way.from, buffer, most, MSG_DONTWAIT);
       if (got == 0) return false;
       if (got < 0) break;
       way.allowance -= static_cast<double>(got);
-      way.queue.push_back({now + delay, std::string(buffer, static_cast<std::size_t>(got))});
+      double delay = link.delay_seconds;
+      if (link.loss > 0 && random_.chance(link.loss)) {
+        delay += kRetransmission;
+        ++losses_;
+      }
+      std::string bytes(buffer, static_cast<std::size_t>(got));
+      if (way.recorded) record(bytes);
+      way.queue.push_back(
+          {now + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(delay)),
+           std::move(bytes)});
     }
     while (!way.queue.empty() && way.queue.front().due <= now) {
       std::string& bytes = way.queue.front().bytes;
@@ -139,12 +179,21 @@ class Relay {
     return true;
   }
 
-  const Link link_;
+  void record(const std::string& bytes) {
+    const std::lock_guard lock(mutex_);
+    if (recorded_.size() < kRecorded) recorded_ += bytes;
+  }
+
+  mutable std::mutex mutex_;
+  Link link_;             // guarded
+  std::string recorded_;  // guarded
+  Random random_{1, Purpose::kTestHarness};
   const int target_;
   int listener_ = -1;
   std::string endpoint_;
   std::vector<std::unique_ptr<Pipe>> pipes_;
-  std::atomic<bool> cut_{false}, stopping_{false};
+  std::atomic<bool> cut_{false}, resetting_{false}, stopping_{false};
+  std::atomic<std::size_t> connections_{0}, resets_{0}, losses_{0};
   std::thread thread_;
 };
 

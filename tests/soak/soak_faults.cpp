@@ -1,136 +1,219 @@
-// The faults of the soak, one function each.
-#include <sys/socket.h>
+// The faults of the soak, one function each: of the master, its workers and the network between them.
+#include <cstdio>
 
-#include "common/version.h"
-#include "common/wire.h"
-#include "tests/server/raw_connection.h"
 #include "tests/soak/soak_run.h"
 
 namespace evograsp::soak {
 
 using testing::Process;
+using Clock = std::chrono::steady_clock;
 
 const std::vector<SoakRun::Fault>& SoakRun::faults() {
   static const std::vector<Fault> all = {
-      {"master killed -9", 24, &SoakRun::kill_server},
+      {"master killed -9", 20, &SoakRun::kill_server},
       {"master told to stop", 4, &SoakRun::stop_server},
-      {"worker killed -9", 16, &SoakRun::kill_worker},
+      {"master frozen", 3, &SoakRun::freeze_server},
+      {"worker killed -9", 14, &SoakRun::kill_worker},
       {"worker preempted", 8, &SoakRun::preempt_worker},
-      {"worker frozen", 8, &SoakRun::freeze_worker},
-      {"worker slow by 30", 4, &SoakRun::slow_worker},
+      {"worker frozen", 6, &SoakRun::freeze_worker},
+      {"worker slow by 30", 3, &SoakRun::slow_worker},
       {"worker lies", 4, &SoakRun::lying_worker},
-      {"link cut silently", 4, &SoakRun::cut_link},
+      {"worker hangs in a grasp", 3, &SoakRun::hung_worker},
+      {"worker crashes in a grasp", 3, &SoakRun::crashing_worker},
+      {"worker with a wrong clock", 3, &SoakRun::wrong_clock},
+      {"worker of another build", 3, &SoakRun::other_build},
       {"identity used twice", 4, &SoakRun::twin_identity},
-      {"another protocol version", 4, &SoakRun::other_protocol},
-      {"garbage from a stranger", 6, &SoakRun::garbage},
-      {"half-open connections", 4, &SoakRun::half_open},
-      {"worker with a wrong clock", 4, &SoakRun::wrong_clock},
+      {"link cut silently, and back", 4, &SoakRun::cut_link},
+      {"link down with resets, and up", 4, &SoakRun::reset_link},
+      {"link late and lossy", 4, &SoakRun::lossy_link},
+      {"another protocol version", 3, &SoakRun::other_protocol},
+      {"garbage from a stranger", 4, &SoakRun::garbage},
+      {"half-open connections", 3, &SoakRun::half_open},
+      {"a flood of tiny frames", 3, &SoakRun::tiny_frames},
+      {"an oversized frame", 3, &SoakRun::oversized_frame},
+      {"a session's bytes replayed", 4, &SoakRun::replayed_bytes},
+      {"stranger with a wrong key", 3, &SoakRun::wrong_key},
+      {"stranger without a key", 3, &SoakRun::no_key},
+      {"HTTP: requests never ended", 3, &SoakRun::http_dawdler},
+      {"HTTP: no token", 3, &SoakRun::http_without_token},
+      {"HTTP: path tricks", 3, &SoakRun::http_path_tricks},
+      {"disk full", 4, &SoakRun::full_disk},
+      {"disk read-only", 4, &SoakRun::read_only_disk},
+      {"byte of run.db flipped", 12, &SoakRun::flipped_byte},
   };
   return all;
 }
 
-std::size_t SoakRun::some_worker() {
-  return random_.below(static_cast<std::uint32_t>(workers_.size()));
+// ---- the master ----
+
+// Killed, after a look at what it has journalled; false when it had just finished.
+bool SoakRun::take_down() {
+  remember();
+  return good_ && server_->finish(SIGKILL) == -SIGKILL && check_kept();
 }
 
-void SoakRun::kill_server() {
-  if (server_->finish(SIGKILL) == 0) return;  // it had just finished
-  const Journal before = read_journal(folder_ / "run");
-  if (!check_resumed(before)) return;
-  start_server(true);
+bool SoakRun::kill_server() {
+  if (!take_down()) return false;
+  start_server();
+  return true;
 }
 
-void SoakRun::stop_server() {
+bool SoakRun::stop_server() {
+  remember();
   const int code = server_->finish(SIGTERM);
-  if (code == 0) return;
-  if (code != 130 && code != -SIGTERM) {
-    complain("a server told to stop ended with " + std::to_string(code));
-    return;
-  }
-  if (check_resumed(read_journal(folder_ / "run"))) start_server(true);
+  if (code == 0) return false;
+  if (code != 130 && code != -SIGTERM)  // -SIGTERM: it had not begun to listen to signals
+    return complain("a server told to stop ended with " + std::to_string(code));
+  if (!check_kept()) return false;
+  start_server();
+  return true;
 }
 
-void SoakRun::kill_worker() {
-  workers_[some_worker()]->finish(SIGKILL);
+bool SoakRun::freeze_server() {
+  if (server_->ended()) return false;
+  server_->signal(SIGSTOP);
+  std::this_thread::sleep_for(std::chrono::milliseconds(200 + random_.below(2300)));
+  server_->signal(SIGCONT);
+  return true;
+}
+
+// Its workers ride it out, and go on when it is back.
+bool SoakRun::stay_away() {
+  keep_workers();
+  if (!wait_for([&] { return server_->ended() || (serves(0) && serves(1) && serves(2)); }, 20)) return false;
+  if (!take_down()) return false;
+  std::this_thread::sleep_for(std::chrono::seconds(150));
+  for (Member& worker : workers_)
+    if (worker.process->ended())
+      return complain(worker.name + " did not outlive its master: " + log_text(worker.name));
+  const auto welcomes = [&] {
+    std::size_t all = 0;
+    for (const Member& worker : workers_) {
+      const std::string text = log_text(worker.name);
+      for (std::size_t at = 0; (at = text.find("welcome", at)) != std::string::npos; ++at) ++all;
+    }
+    return all;
+  };
+  const std::size_t welcomed = welcomes();
+  start_server();
+  const auto back = Clock::now();
+  if (!wait_for([&] { return server_->ended() || welcomes() >= welcomed + workers_.size(); }, 20))
+    return complain("not every worker found the master that was back after 150 s");
+  std::printf("a master that was away for 150 s had its workers back after %.2f s\n",
+              std::chrono::duration<double>(Clock::now() - back).count());
+  return true;
+}
+
+// ---- workers ----
+
+bool SoakRun::kill_worker() {
+  const std::size_t slot = some_worker();
+  return serves(slot) && workers_[slot].process->finish(SIGKILL) == -SIGKILL;
 }
 
 // Told to go, and not given the time.
-void SoakRun::preempt_worker() {
-  Process& worker = *workers_[some_worker()];
-  worker.signal(SIGTERM);
+bool SoakRun::preempt_worker() {
+  const std::size_t slot = some_worker();
+  if (!serves(slot)) return false;
+  workers_[slot].process->signal(SIGTERM);
   std::this_thread::sleep_for(std::chrono::milliseconds(random_.below(30)));
-  worker.finish(SIGKILL);
+  workers_[slot].process->finish(SIGKILL);
+  return true;
 }
 
-void SoakRun::freeze_worker() {
-  Process& worker = *workers_[some_worker()];
-  worker.signal(SIGSTOP);
+bool SoakRun::freeze_worker() {
+  const std::size_t slot = some_worker();
+  if (!serves(slot)) return false;
+  workers_[slot].process->signal(SIGSTOP);
   std::this_thread::sleep_for(std::chrono::milliseconds(200 + random_.below(2500)));
-  worker.signal(SIGCONT);
+  workers_[slot].process->signal(SIGCONT);
+  return true;
 }
 
-void SoakRun::slow_worker() {
+// By one whose fault shows later, if it lives so long.
+bool SoakRun::replace_worker(const std::string& fault, const std::string& proof) {
   const std::size_t slot = some_worker();
-  workers_[slot]->finish(SIGTERM);
-  start_worker(slot, "sleep:0.12");
+  workers_[slot].process->finish(SIGTERM);
+  start_worker(slot, fault);
+  prove_later(workers_[slot].name, proof);
+  return false;
 }
 
-void SoakRun::lying_worker() {
+bool SoakRun::slow_worker() {
+  return replace_worker("sleep:0.12", "welcome");
+}
+
+bool SoakRun::lying_worker() {
+  return replace_worker("lie", "quarantined");
+}
+
+bool SoakRun::hung_worker() {
+  return replace_worker("hang-after:" + std::to_string(random_.below(6)), "a slot hangs");
+}
+
+bool SoakRun::crashing_worker() {
+  return replace_worker("abort-after:" + std::to_string(random_.below(6)), "aborts");
+}
+
+bool SoakRun::wrong_clock() {
   const std::size_t slot = some_worker();
-  workers_[slot]->finish(SIGTERM);
-  start_worker(slot, "lie");
-}
-
-void SoakRun::cut_link() {
-  relay_->cut();
-  std::this_thread::sleep_for(std::chrono::milliseconds(500 + random_.below(3000)));
-  relay_->restore();
-}
-
-void SoakRun::twin_identity() {
-  others_.clear();
-  others_.push_back(
-      std::make_unique<Process>("evograsp-worker",
-                                std::vector<std::string>{"--connect", endpoint_, "--slots", "1", "--identity",
-                                                         "worker-" + std::to_string(worker_starts_ - 1)},
-                                folder_ / "twin"));
-}
-
-void SoakRun::other_protocol() {
-  zmq::context_t context(1);
-  auto socket = std::move(*make_dealer(context, endpoint_, {}));
-  proto::Envelope envelope = make_envelope({});
-  envelope.set_protocol(kProtocolVersion + 1);
-  envelope.mutable_hello()->set_identity("from-tomorrow");
-  send(socket, {}, envelope);
-  std::this_thread::sleep_for(std::chrono::milliseconds(100));
-}
-
-void SoakRun::garbage() {
-  const int fd = testing::raw_connection(endpoint_);
-  if (fd < 0) return;
-  std::string bytes(20000, '\0');
-  for (char& b : bytes) b = static_cast<char>(random_.next());
-  static_cast<void>(::send(fd, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT));
-  close(fd);
-}
-
-void SoakRun::half_open() {
-  for (const int fd : held_open_) close(fd);
-  held_open_.clear();
-  for (int i = 0; i < 50; ++i)
-    if (const int fd = testing::raw_connection(endpoint_); fd >= 0) held_open_.push_back(fd);
-}
-
-void SoakRun::wrong_clock() {
-  const std::size_t slot = some_worker();
-  workers_[slot]->finish(SIGTERM);
+  workers_[slot].process->finish(SIGTERM);
   const std::string name = "worker-" + std::to_string(worker_starts_++);
-  workers_[slot] = std::make_unique<Process>(
-      "evograsp-worker", std::vector<std::string>{"--connect", endpoint_, "--identity", name, "--slots", "1"},
-      folder_ / name,
+  workers_[slot].name = name;
+  workers_[slot].process = std::make_unique<Process>(
+      "evograsp-worker", worker_arguments(name, slot == 0), log_of(name),
       std::vector<std::string>{std::string("LD_PRELOAD=") + EVOGRASP_WRONG_CLOCK,
                                "EVOGRASP_CLOCK_OFFSET=" + std::to_string(random_.below(1000000000))});
+  prove_later(name, "welcome");
+  return false;
+}
+
+bool SoakRun::twin_identity() {
+  const std::size_t slot = some_worker();
+  if (!serves(slot)) return false;
+  const std::string log = "twin-" + std::to_string(worker_starts_++);
+  others_.push_back({std::make_unique<Process>("evograsp-worker",
+                                               worker_arguments(workers_[slot].name, false), log_of(log)),
+                     log});
+  prove_later(log, "refuses for now");
+  return false;
+}
+
+bool SoakRun::other_build() {
+  const std::string name = "stale-" + std::to_string(worker_starts_++);
+  others_.push_back(
+      {std::make_unique<Process>("evograsp-worker-other", worker_arguments(name, false), log_of(name)),
+       name});
+  never_welcome_.push_back(name);
+  prove_later(name, "worker build 0.0.0");
+  return false;
+}
+
+// ---- the network ----
+
+bool SoakRun::cut_link() {
+  if (!serves(0) || relay_->connections() == 0) return false;
+  relay_->cut();
+  std::this_thread::sleep_for(std::chrono::milliseconds(500 + random_.below(3500)));
+  relay_->restore();
+  return true;
+}
+
+bool SoakRun::reset_link() {
+  if (!serves(0)) return false;
+  const std::size_t before = relay_->resets();
+  relay_->reset();
+  std::this_thread::sleep_for(std::chrono::milliseconds(100 + random_.below(2000)));
+  relay_->restore();
+  return relay_->resets() > before;
+}
+
+// Until the next such fault: 5 to 80 ms each way, up to one chunk in twenty a retransmission late.
+bool SoakRun::lossy_link() {
+  const std::size_t before = relay_->losses();
+  relay_->set_link({0.005 + 0.001 * random_.below(75), 1e8, 0.01 * (1 + random_.below(5))});
+  prove_later([this, before] { return relay_->losses() > before; });
+  return false;
 }
 
 }  // namespace evograsp::soak

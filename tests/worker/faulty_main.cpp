@@ -5,11 +5,14 @@
 //   lie-after:N   the same, from the Nth task on
 //   abort:ID      a task with genome ID ends the process
 //   hang:ID       a task with genome ID never ends
+//   abort-after:N the same as abort and hang, whichever genomes the Nth task has
+//   hang-after:N
 //   slow:FACTOR   every task takes FACTOR times as long
 //   sleep:SECONDS every task takes so much longer
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <string>
 #include <thread>
@@ -46,6 +49,12 @@ void lie(proto::TaskResult& result) {
 
 std::atomic<int> tasks{0};
 
+// Whether this task is one to go wrong with, by its genomes or by its number.
+bool strikes(const Fault& what, const char* kind, const proto::Task& task, int number) {
+  if (what.kind == kind) return concerns(task, what.number);
+  return what.kind == std::string(kind) + "-after" && number > what.number;
+}
+
 }  // namespace
 
 void really_evaluate(Evaluator* self, const proto::Task& task, const Networks& networks,
@@ -56,15 +65,18 @@ void misbehave(Evaluator* self, const proto::Task& task, const Networks& network
 void misbehave(Evaluator* self, const proto::Task& task, const Networks& networks,
                proto::TaskResult& result) {
   static const Fault what = fault();
-  if (what.kind == "abort" && concerns(task, what.number)) std::abort();
-  while (what.kind == "hang" && concerns(task, what.number))
-    std::this_thread::sleep_for(std::chrono::seconds(1));
+  const int number = ++tasks;
+  if (strikes(what, "abort", task, number)) {
+    std::fprintf(stderr, "evograsp-worker-faulty aborts\n");
+    std::abort();
+  }
+  while (strikes(what, "hang", task, number)) std::this_thread::sleep_for(std::chrono::seconds(1));
   const auto start = std::chrono::steady_clock::now();
   really_evaluate(self, task, networks, result);
   if (what.kind == "slow")
     std::this_thread::sleep_for((std::chrono::steady_clock::now() - start) * (what.number - 1));
   if (what.kind == "sleep") std::this_thread::sleep_for(std::chrono::duration<double>(what.number));
-  if (what.kind == "lie" || (what.kind == "lie-after" && ++tasks > what.number)) lie(result);
+  if (what.kind == "lie" || (what.kind == "lie-after" && number > what.number)) lie(result);
 }
 
 }  // namespace evograsp::worker
