@@ -14,7 +14,8 @@ namespace evograsp::server {
 
 namespace {
 
-constexpr double kReunionSeconds = 2;  // in which workers that lost their connection are back
+constexpr double kReunionSeconds = 2;   // in which workers that lost their connection are back
+constexpr double kLoadingSeconds = 30;  // in which one that is connected has its simulator
 
 }  // namespace
 
@@ -140,6 +141,7 @@ void DispatchLoop::send_liars_away() {
     kept.state = "quarantined";
     kept.outstanding = 0;
     refuse(session.peer, "quarantined: " + verdicts_[kept.identity], false);
+    session.leaving = true;
     end_session(session, Departure::kLeft, "quarantined");
     sink_.worker(kept);
   }
@@ -161,12 +163,28 @@ bool DispatchLoop::two_parties() const {
                      [&](const auto& e) { return e.second->party != by_id_.begin()->second->party; });
 }
 
-// Audits for which there is nobody left hold up nothing, once it is sure that those who were here, or who
-// served this run's last master, do not come back at once; a contradiction that nobody can decide does.
+// Whether somebody who could give an opinion beside the one party that can now is to be expected: those who
+// were here, or who served this run's last master, are back at once, and who is connected is loading. With
+// nobody here, waiting costs nothing.
+bool DispatchLoop::another_is_near() {
+  const int auditors = scheduler_.auditors();
+  if (auditors != 1) {
+    alone_for_opinions_.reset();
+    return auditors == 0;
+  }
+  if (!alone_for_opinions_) alone_for_opinions_ = now();
+  if (now() - *alone_for_opinions_ >= kLoadingSeconds) return false;
+  if (parted_ && now() - *parted_ < kReunionSeconds) return true;
+  return std::any_of(by_id_.begin(), by_id_.end(), [](const auto& entry) {
+    return !entry.second->ready && entry.second->view.state == "active";
+  });
+}
+
+// Audits for which there is nobody hold up nothing, once it is sure that nobody is near; a contradiction that
+// nobody can decide does.
 void DispatchLoop::skip_audits() {
   if (!working_ || paused_) return;
-  const bool patient = parted_ && now() - *parted_ < kReunionSeconds;
-  const Scheduler::Skipped skipped = scheduler_.skip_audits(patient);
+  const Scheduler::Skipped skipped = scheduler_.skip_audits(another_is_near());
   for (const std::uint32_t number : skipped.audits) auditor_.drop(number);
   tell_complete(skipped.complete);
   if (!skipped.audits.empty() && !std::exchange(said_alone_, true))

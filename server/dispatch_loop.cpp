@@ -238,7 +238,7 @@ void DispatchLoop::end_session(Session& session, Departure departure, const std:
   session.view.heard = unix_time();
   sink_.worker(session.view);
   const bool died = departure == Departure::kDied;
-  if (died && two_parties()) parted_ = now();
+  if (!session.leaving && !session.held && two_parties()) parted_ = now();
   if (died) ++totals_.lost;
   sink_.event(
       died, died ? "worker_lost" : "worker_left",
@@ -293,6 +293,17 @@ void DispatchLoop::expire_tasks() {
     end_session(*session, Departure::kLeft, "every slot hangs");
   }
   report_poisoned();
+  send_idle_away();
+}
+
+void DispatchLoop::send_idle_away() {
+  for (const WorkerId id : scheduler_.idle(now())) {
+    Session* session = find(id);
+    if (session == nullptr) continue;
+    sink_.event(true, "idle", "worker " + session->view.identity + " holds tasks and starts none");
+    refuse(session->peer, "this worker holds tasks and starts none: restart it", false);
+    end_session(*session, Departure::kLeft, "starts none of its tasks");
+  }
 }
 
 // ---- time ----

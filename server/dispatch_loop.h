@@ -25,11 +25,11 @@ struct Session {
   Party party = 0;
   PeerView view;
   int fd = -1;
-  bool ready = false;    // its simulator stands
-  bool held = false;     // drained by the operator
-  bool leaving = false;  // drained by itself
-  double heard = 0;      // s, monotonic
-  std::uint64_t ping = 0;
+  bool ready = false;                // its simulator stands
+  bool held = false;                 // drained by the operator
+  bool leaving = false;              // for good: drained by itself, said goodbye, quarantined
+  double heard = 0;                  // s, monotonic
+  std::uint64_t ping = 0, pong = 0;  // sequence of the last asked for, and of the last that came back
   double ping_sent = 0;
   double told = 0;         // when something was sent last
   std::uint64_t work = 0;  // whose list of trials it has; 0: none
@@ -92,6 +92,7 @@ class DispatchLoop {
   void discard_work(Party liar);
   void send_liars_away();
   bool two_parties() const;
+  bool another_is_near();
   void skip_audits();
   bool refuse_quarantined(const std::string& identity, const std::string& peer);
   std::string name_of(Party party) const;
@@ -112,6 +113,7 @@ class DispatchLoop {
   void excuse_own_absence();
   void lose_silent();
   void expire_tasks();
+  void send_idle_away();
   void say_when_waiting();
   void report_poisoned();
   void pump(Session& session);
@@ -151,7 +153,8 @@ class DispatchLoop {
   std::map<std::string, std::string> verdicts_;  // why, by identity
   std::vector<Party> liars_;                     // condemned, still connected
   bool said_alone_ = false;                      // that audits need two workers
-  std::optional<double> parted_;                 // s; a party lost its connection, and another was here
+  std::optional<double> parted_;                 // s; a party went, not for good, and another was here
+  std::optional<double> alone_for_opinions_;     // s; since one party alone could give opinions
   bool said_disputed_ = false;                   // that a dispute needs a third
   bool working_ = false;
   std::set<std::string> drained_;  // hosts and identities

@@ -218,6 +218,7 @@ void DispatchLoop::on_ready(Session& session, const proto::Ready& ready) {
 // ---- working ----
 
 void DispatchLoop::on_result(Session& session, const proto::TaskResult& result) {
+  scheduler_.came_back(session.id, result.id(), result.attempt(), now());
   const std::optional<Assignment> what = scheduler_.find(session.id, result.id(), result.attempt());
   if (!what) {
     scheduler_.count_late();
@@ -266,13 +267,16 @@ void DispatchLoop::cancel(const Scheduler::Accepted& accepted) {
   }
 }
 
+// What was not asked for, or answers an earlier question, says nothing of the way.
 void DispatchLoop::on_heartbeat(Session& session, const proto::Heartbeat& heartbeat) {
-  if (heartbeat.sequence() != session.ping) return;
+  if (heartbeat.sequence() != session.ping || session.pong == session.ping) return;
+  session.pong = session.ping;
   session.view.round_trip = now() - session.ping_sent;
   scheduler_.set_round_trip(session.id, session.view.round_trip);
 }
 
 void DispatchLoop::on_goodbye(Session& session, const proto::Goodbye& goodbye) {
+  session.leaving = true;
   end_session(session, Departure::kLeft, "says goodbye: " + clean(goodbye.reason()));
   pump_all();
 }

@@ -85,6 +85,8 @@ void Scheduler::add(std::uint32_t index, std::size_t bytes, bool early) {
 }
 
 void Scheduler::abandon() {
+  for (const auto& [number, task] : tasks_)
+    for (const Attempt& attempt : task.attempts) forget(task, attempt);
   for (auto& [id, worker] : workers_) {
     worker.tasks.clear();
     worker.bytes = 0;
@@ -105,7 +107,7 @@ void Scheduler::abandon() {
 std::optional<Assignment> Scheduler::next(WorkerId id, double now) {
   Worker& worker = workers_.at(id);
   if (worker.exclusive || worker.slots == 0) return std::nullopt;
-  if (!suspects_.empty() && worker.tasks.empty())
+  if (!suspects_.empty() && worker.tasks.empty() && worker.forgotten.empty())
     if (auto suspect = next_suspect(id, worker, now)) return suspect;
   if (full(worker)) return std::nullopt;
   if (!audits_.empty())
@@ -116,7 +118,8 @@ std::optional<Assignment> Scheduler::next(WorkerId id, double now) {
     return give(id, worker, tasks_.emplace(task.what.task, std::move(task)).first->second, now);
   }
   // Copies are for idle slots only: work that waits its turn elsewhere may still be in time.
-  if (!options_.speculate || worker.tasks.size() >= worker.slots) return std::nullopt;
+  if (!options_.speculate || worker.tasks.size() + worker.forgotten.size() >= worker.slots)
+    return std::nullopt;
   Task* slow = straggler(id, now);
   if (slow == nullptr) return std::nullopt;
   ++counts_.speculated;
@@ -166,13 +169,6 @@ void Scheduler::unsend(WorkerId worker, const Assignment& assignment) {
   end_attempt(worker, workers_.at(worker), assignment.task);
 }
 
-void Scheduler::started(WorkerId worker, std::uint64_t number, std::uint32_t attempt, double now) {
-  const auto task = tasks_.find(number);
-  if (task == tasks_.end()) return;
-  for (Attempt& a : task->second.attempts)
-    if (a.worker == worker && a.number == attempt) a.started = now;
-}
-
 std::optional<Assignment> Scheduler::find(WorkerId worker, std::uint64_t number,
                                           std::uint32_t attempt) const {
   const auto task = tasks_.find(number);
@@ -192,8 +188,11 @@ Scheduler::Accepted Scheduler::result(WorkerId id, std::uint64_t number, double 
     std::erase(holder.tasks, number);
     holder.bytes -= found->second.bytes;
     if (what.suspect) holder.exclusive = false;
-    if (attempt.worker != id) accepted.cancel.push_back(attempt.worker);
+    if (attempt.worker == id) continue;
+    accepted.cancel.push_back(attempt.worker);
+    forget(found->second, attempt);
   }
+  idle_.erase(workers_.at(id).party);
   learn(workers_.at(id), seconds, what.networks.size() * what.trials);
   tasks_.erase(found);
   for (const std::uint32_t network : what.networks) {
@@ -216,39 +215,6 @@ void Scheduler::learn(Worker& worker, double seconds, std::size_t trials) {
 void Scheduler::failed(WorkerId worker, std::uint64_t number) {
   strike(tasks_.at(number).what, worker);
   end_attempt(worker, workers_.at(worker), number);
-}
-
-void Scheduler::excuse(double seconds, double now) {
-  for (auto& [number, task] : tasks_)
-    for (Attempt& attempt : task.attempts) {
-      attempt.sent = std::min(now, attempt.sent + seconds);
-      if (attempt.started >= 0) attempt.started = std::min(now, attempt.started + seconds);
-    }
-}
-
-std::vector<Scheduler::Hung> Scheduler::expire(double now) {
-  std::vector<Hung> hung;
-  if (now <= no_hung_before_) return hung;
-  no_hung_before_ = now + options_.task_deadline;
-  for (const auto& [number, task] : tasks_)
-    for (const Attempt& attempt : task.attempts) {
-      if (attempt.started < 0) continue;
-      if (now - attempt.started > options_.task_deadline)
-        hung.push_back({attempt.worker, number});
-      else
-        no_hung_before_ = std::min(no_hung_before_, attempt.started + options_.task_deadline);
-    }
-  for (const Hung& h : hung) {
-    Worker& worker = workers_.at(h.worker);
-    if (worker.slots > 0) {
-      --worker.slots;
-      --total_slots_;
-    }
-    ++counts_.expired;
-    strike(tasks_.at(h.task).what, h.worker);
-    end_attempt(h.worker, worker, h.task);
-  }
-  return hung;
 }
 
 void Scheduler::end_attempt(WorkerId id, Worker& worker, std::uint64_t number) {

@@ -13,6 +13,7 @@
 #include <deque>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -92,7 +93,10 @@ class Scheduler {
   std::optional<Assignment> next(WorkerId worker, double now);
   // The assignment could not be sent: it goes back, blamelessly.
   void unsend(WorkerId worker, const Assignment& assignment);
+  // A slot is at it. Only the first time that this is said counts.
   void started(WorkerId worker, std::uint64_t task, std::uint32_t attempt, double now);
+  // A result of it came, wanted or not: its slot is free. Before find() and result().
+  void came_back(WorkerId worker, std::uint64_t task, std::uint32_t attempt, double now);
 
   struct Accepted {
     Assignment assignment;
@@ -106,6 +110,8 @@ class Scheduler {
   // The worker could not do the task (bad bytes): a strike, and back to the queue.
   void failed(WorkerId worker, std::uint64_t task);
 
+  // ---- deadlines (scheduler_deadlines.cpp) ----
+
   // A started task that is past its deadline: the worker's slot hangs.
   struct Hung {
     WorkerId worker = 0;
@@ -113,13 +119,20 @@ class Scheduler {
   };
   // The master itself did not run for so long: no task's deadline came nearer.
   void excuse(double seconds, double now);
-  // Tasks beyond their deadline at `now`; each is taken from its worker, which loses a slot.
+  // Tasks beyond their deadline at `now`; each is taken from its worker, which loses a slot. Also those that
+  // somebody else has brought meanwhile, which are nobody's strike.
   std::vector<Hung> expire(double now);
+  // Workers that hold tasks which they have not started, and have neither started nor brought anything for a
+  // deadline and a second: they are to leave(), blamelessly. Until such a party has brought something, nobody
+  // waits for its opinion.
+  std::vector<WorkerId> idle(double now);
   // Networks given up since the last call; they count as evaluated.
   std::vector<Poisoned> take_poisoned();
 
   // ---- audits (scheduler_audit.cpp) ----
 
+  // How many parties are here that could give an opinion: 0, 1, or 2 for two and more.
+  int auditors() const;
   // Somebody is here who could give an opinion and is none of `not_by`.
   bool can_audit(const std::vector<Party>& not_by) const;
   // The piece is to be done once more, by none of `not_by`, as an opinion on case `audit`. Its network, which
@@ -157,6 +170,11 @@ class Scheduler {
     double sent;
     double started = -1;
   };
+  struct Forgotten {  // an attempt that had started when its task was done or dropped: it has a slot
+    std::uint64_t task;
+    std::uint32_t number;
+    double started;
+  };
   struct Task {
     Assignment what;
     std::vector<Attempt> attempts;  // now running or queued somewhere
@@ -173,6 +191,8 @@ class Scheduler {
     std::array<double, 2> trial_seconds{};  // of grasps, of lifts; 0: not measured yet
     double estimate = 0;                    // of grasps, its own; 0: none
     bool exclusive = false;                 // holds a suspect, and nothing else
+    std::vector<Forgotten> forgotten;
+    double moved = 0;  // s; started or brought something last
   };
 
   std::uint32_t credit(const Worker& worker) const;
@@ -187,6 +207,8 @@ class Scheduler {
   std::optional<Assignment> next_audit(WorkerId id, Worker& worker, double now);
   bool struck_all(std::uint32_t network) const;
   bool may(const Worker& worker, std::uint32_t audit) const;
+  bool gives_opinions(const Worker& worker) const;
+  void forget(const Task& task, const Attempt& attempt);
   bool is_suspect(std::uint32_t network) const;
   bool only_audits_left() const;
   void forget_audit(const Unit& unit, std::vector<std::uint32_t>& complete);
@@ -226,6 +248,8 @@ class Scheduler {
   std::map<std::uint32_t, std::vector<Party>> not_by_;  // by audit
   std::unordered_map<std::uint64_t, Task> tasks_;
   std::uint64_t next_task_ = 1;
+  std::set<Party> idle_;       // left work lying, and have brought nothing since
+  double no_idle_before_ = 0;  // as the next
   double no_hung_before_ = 0;  // nor can one be past its deadline: tens of thousands need not be looked at
   double no_straggler_before_ = 0;  // until then no task is overdue: thousands of idle slots need not look
   std::vector<Poisoned> poisoned_;

@@ -9,16 +9,30 @@ namespace evograsp::server {
 // Whether the worker's opinion on the audit counts.
 bool Scheduler::may(const Worker& worker, std::uint32_t audit) const {
   if (audit == 0) return true;
+  if (idle_.contains(worker.party)) return false;
   const auto found = not_by_.find(audit);
   if (found == not_by_.end()) return true;
   return std::find(found->second.begin(), found->second.end(), worker.party) == found->second.end();
 }
 
+bool Scheduler::gives_opinions(const Worker& worker) const {
+  return worker.active && worker.slots > 0 && !idle_.contains(worker.party);
+}
+
+int Scheduler::auditors() const {
+  std::optional<Party> first;
+  for (const auto& [id, worker] : workers_) {
+    if (!gives_opinions(worker)) continue;
+    if (first && *first != worker.party) return 2;
+    first = worker.party;
+  }
+  return first ? 1 : 0;
+}
+
 bool Scheduler::can_audit(const std::vector<Party>& not_by) const {
   return std::any_of(workers_.begin(), workers_.end(), [&](const auto& entry) {
-    const Worker& worker = entry.second;
-    return worker.active && worker.slots > 0 &&
-           std::find(not_by.begin(), not_by.end(), worker.party) == not_by.end();
+    return gives_opinions(entry.second) &&
+           std::find(not_by.begin(), not_by.end(), entry.second.party) == not_by.end();
   });
 }
 

@@ -43,7 +43,7 @@ std::uint32_t Scheduler::credit(const Worker& worker) const {
 // More than the least credit only while it is cheap: megabytes that wait for a starved worker are megabytes
 // that nobody else can take.
 bool Scheduler::full(const Worker& worker) const {
-  if (worker.tasks.size() >= credit(worker)) return true;
+  if (worker.tasks.size() + worker.forgotten.size() >= credit(worker)) return true;
   const std::size_t least = static_cast<std::size_t>(worker.slots) * std::max(1U, options_.credit);
   return worker.tasks.size() >= least && worker.bytes >= kMaxWorkerBytes;
 }

@@ -369,6 +369,7 @@ TEST(Scheduler, SurvivesAnythingThatWorkersDo) {
         const std::uint32_t at = random.below(static_cast<std::uint32_t>(held.size()));
         const Held h = held[at];
         held.erase(held.begin() + at);
+        scheduler.came_back(h.worker, h.what.task, h.what.attempt, now);
         if (scheduler.find(h.worker, h.what.task, h.what.attempt))
           for (const std::uint32_t n :
                scheduler.result(h.worker, h.what.task, random.uniform(0, 0.01)).complete)
