@@ -130,6 +130,15 @@ void check_hyperneat(const proto::Config& config, const Complain& complain) {
     complain("neat.recurrent", "substrates are feed-forward: with hyperneat it must be false");
 }
 
+// It becomes the name of the run's folder.
+void check_name(const std::string& name, const Complain& complain) {
+  const bool printable = std::none_of(name.begin(), name.end(), [](char c) {
+    return static_cast<unsigned char>(c) < 0x20 || c == 0x7f || c == '/';
+  });
+  if (name.empty() || name == "." || name == ".." || name.size() > 100 || !printable)
+    complain("run.name", "is no name for a folder: no '/', no control characters, at most 100 bytes");
+}
+
 void check_net(const proto::NetConfig& net, const Complain& complain) {
   if (!(net.heartbeat_seconds() < net.silence_seconds())) {
     complain("net.silence_seconds",
@@ -149,6 +158,7 @@ void check_net(const proto::NetConfig& net, const Complain& complain) {
 }  // namespace
 
 void check_config(const proto::Config& config, const Complain& complain) {
+  if (config.run().has_name()) check_name(config.run().name(), complain);
   check_scene(config, complain);
   check_camera(config.camera(), complain);
   check_fitness(config.fitness(), complain);

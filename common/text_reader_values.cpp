@@ -18,6 +18,11 @@ using pb::io::Tokenizer;
 
 namespace {
 
+// What no range says otherwise: nothing that is measured or counted here comes near, and squares and products
+// of such numbers stay finite.
+constexpr double kLargestNumber = 1e9;
+constexpr std::uint64_t kLargestCount = 1'000'000;
+
 // The shortest decimal text that reads back as the same double.
 std::string shortest(double value) {
   char buffer[32];
@@ -87,8 +92,10 @@ void TextReader::read_integer(const Slot& slot) {
   if (negative && !is_signed && magnitude != 0) {
     return report(at, "'" + slot.path + "' is " + shown + ", negative numbers are not allowed");
   }
-  if (!fits || magnitude > largest) {
-    return report(at, "'" + slot.path + "' is " + shown + ", allowed is at most " + std::to_string(largest));
+  const bool free = wide || slot.field.options().HasExtension(proto::max);
+  const std::uint64_t most = free ? largest : kLargestCount;
+  if (!fits || magnitude > most) {
+    return report(at, "'" + slot.path + "' is " + shown + ", allowed is at most " + std::to_string(most));
   }
   check_range(slot, (negative ? -1.0 : 1.0) * static_cast<double>(magnitude), shown, at);
 
@@ -120,8 +127,8 @@ void TextReader::read_real(const Slot& slot) {
   const double value = (negative ? -1.0 : 1.0) * Tokenizer::ParseFloat(token.text);
   tokenizer_.Next();
   const bool single = slot.field.cpp_type() == Field::CPPTYPE_FLOAT;
-  if (!std::isfinite(value) || (single && !std::isfinite(static_cast<float>(value)))) {
-    return report(at, "'" + slot.path + "' is too large a number");
+  if (!(std::abs(value) <= kLargestNumber)) {
+    return report(at, "'" + slot.path + "' is too large a number: at most 1e9 is allowed");
   }
   check_range(slot, value, (negative ? "-" : "") + token.text, at);
 

@@ -113,7 +113,7 @@ void Closing::gather(const HandMotor& motor) {
     for (const PosedWorld::Body& body : world_->body) {
       if (!body.present || body.box.squared_distance(hinge.position) > reach2) continue;
       for (int k = 0; k < body.count; ++k)
-        consider(world_->obstacle[static_cast<std::size_t>(body.first + k)]);
+        consider(world_->obstacle[static_cast<std::size_t>(body.first) + static_cast<std::size_t>(k)]);
     }
     for (std::size_t k = 0; k < hand_->parts().size(); ++k) {
       const HandPart& other = hand_->parts()[k];

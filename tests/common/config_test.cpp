@@ -106,7 +106,14 @@ TEST(ParseText, ChecksRangesWhereTheValueStands) {
             "f:1:20: 'run.generations' is -3, negative numbers are not allowed");
   EXPECT_EQ(only_complaint("run { generations: 4294967296 }"),
             "f:1:20: 'run.generations' is 4294967296, allowed is at most 4294967295");
-  EXPECT_EQ(only_complaint("neat { max_weight: 1e999 }"), "f:1:20: 'neat.max_weight' is too large a number");
+  EXPECT_EQ(only_complaint("neat { max_weight: 1e999 }"),
+            "f:1:20: 'neat.max_weight' is too large a number: at most 1e9 is allowed");
+  EXPECT_EQ(only_complaint("scene { clearance: 1e10 }"),
+            "f:1:20: 'scene.clearance' is too large a number: at most 1e9 is allowed");
+  EXPECT_EQ(only_complaint("fitness { lambda: -1e308 }"),
+            "f:1:19: 'fitness.lambda' is too large a number: at most 1e9 is allowed");
+  EXPECT_EQ(only_complaint("champion { validation_trials: 400000000 }"),
+            "f:1:31: 'champion.validation_trials' is 400000000, allowed is at most 1000000");
 }
 
 TEST(ParseText, SaysWhatATypeTakes) {
@@ -253,6 +260,13 @@ TEST(LoadConfig, ChecksThatNamedFilesExist) {
   EXPECT_TRUE(
       load_config(file.path(), {"scene.object=cube," + (file.folder() / "shapes/x.obj").string()}, names)
           .has_value());
+}
+
+TEST(LoadConfig, ARunsNameIsOneFolder) {
+  for (const char* name : {"../../escaped", "/tmp/escaped", "..", ".", "a\\nb", ""})
+    EXPECT_THAT(load_error(File("run { name: \"" + std::string(name) + "\" }").path()),
+                HasSubstr("'run.name': is no name for a folder"))
+        << name;
 }
 
 TEST(LoadConfig, FindsContradictions) {
