@@ -101,8 +101,9 @@ TEST(StudyPlan, ConfigsAreChosenByTheNamesOfValues) {
 axis { name: "class" value { name: "cube" } value { name: "mug" } }
 axis { name: "box" value { name: "true" config: "{class}" } value { name: "false" config: "nobox_{class}" } })";
   std::vector<std::string> configs;
-  for (const PlannedRun& run : plan(load_study(StudyFile(axes).path()).value(), {}).value())
-    configs.push_back(run.config);
+  const auto planned = plan(load_study(StudyFile(axes).path()).value(), {});
+  ASSERT_TRUE(planned);
+  for (const PlannedRun& run : *planned) configs.push_back(run.config);
   EXPECT_THAT(configs, ElementsAre("cube", "nobox_cube", "mug", "nobox_mug"));
   EXPECT_THAT(mistakes_in("title: 's' config: '{clas}' axis { name: 'class' value { name: 'cube' } }"),
               HasSubstr("there is no axis 'clas'; allowed are class: did you mean 'class'?"));
