@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # A network that loses one packet in twenty, in each direction: a namespace whose loopback really drops them. In it, the
-# tests of late links (50 ms each way), of killed workers and of killed masters: the work is done, and the champions' bytes
-# stay the same.
+# tests of late links, of killed workers and of killed masters, all over links of 50 ms each way: the work is done, and the
+# champions' bytes stay the same.
 source "$(dirname "$0")/lib.sh"
 [ "$(id -u)" -eq 0 ] || cannot "needs root, for network namespaces"
 for program in ip nft; do command -v $program >/dev/null || cannot "needs $program: deploy/setup.sh --test"; done
@@ -28,7 +28,7 @@ inside "$bin/server_fault_test" --gtest_filter="$late" >log 2>&1 || fail "under 
 inside "$bin/server_determinism_test" --gtest_filter='RealProcesses.*' >>log 2>&1 || fail "under loss: $(tail -n 40 log)"
 ran=$(grep -c '^\[       OK \]' log)
 [ "$ran" -ge 6 ] || fail "only $ran tests ran: $(tail -n 5 log)"
-grep -E ' took | was done ' log
+grep -E ' took | was done' log
 dropped=$(inside nft list counter inet loss dropped | grep -oE 'packets [0-9]+' | grep -oE '[0-9]+')
 [ "${dropped:-0}" -gt 50 ] || fail "the network lost ${dropped:-no} packets"
 echo "$ran tests passed while the network lost $dropped packets"

@@ -1,6 +1,6 @@
 // Links that are cut, slow or late, processes that get no processor, clocks that are wrong: how soon it is
-// noticed, how soon work goes on, and that the bytes stay the same. Times are printed; the bounds in the
-// checks leave room for a busy machine.
+// noticed, how soon work goes on, and that the bytes stay the same. Times are printed, and the best of a few
+// attempts must be what docs/GUARANTEES.md promises.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -26,14 +26,36 @@ double since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
+constexpr double kNever = 1e9;
+
+// Seconds from now until the condition holds.
+double seconds_until(const std::function<bool()>& condition) {
+  const auto start = Clock::now();
+  return eventually(condition) ? since(start) : kNever;
+}
+
+// A busy machine makes a measurement late, never early: the least of a few, at most until one is within the
+// promise. Asserted, and printed.
+void expect_within(double promise, const char* what, const std::function<double()>& measure) {
+  constexpr int kAttempts = 4;
+  double best = kNever;
+  for (int attempt = 0; attempt < kAttempts && best > promise; ++attempt) {
+    const double seconds = measure();
+    std::printf("%s after %.3f s\n", what, seconds);
+    best = std::min(best, seconds);
+  }
+  EXPECT_LE(best, promise) << what;
+}
+
 // The product's own limits: heartbeats every 0.5 s, silence 1.5 s.
 class Network : public ::testing::Test {
  protected:
-  void start(double task_deadline = 30) {
+  void start(double task_deadline = 30, double task_seconds = 0.05) {
     server::DispatcherOptions options = testing::noop_options(64 << 20);
     options.heartbeat_seconds = 0.5;
     options.silence_seconds = 1.5;
     options.scheduler.task_deadline = task_deadline;
+    options.scheduler.task_seconds = task_seconds;
     dispatcher_ = std::move(*server::Dispatcher::create(context_, std::move(options), sink_));
     endpoint_ = dispatcher_->endpoints()[0];
   }
@@ -50,8 +72,9 @@ class Network : public ::testing::Test {
   std::uint64_t done() { return dispatcher_->view().tasks_done; }
   // Late or busy is not lost. On a network that drops packets (tests/platforms/lossy_test.sh) a greeting may
   // take longer than a worker waits for it; then it connects anew, and only the work counts.
+  static bool lossy() { return std::getenv("EVOGRASP_LOSSY") != nullptr; }
   void expect_nobody_lost() {
-    if (std::getenv("EVOGRASP_LOSSY") == nullptr) {
+    if (!lossy()) {
       EXPECT_EQ(sink_.events("worker_lost"), 0) << "late or busy was taken for lost";
     }
   }
@@ -64,15 +87,16 @@ class Network : public ::testing::Test {
 };
 
 TEST_F(Network, AKilledWorkerIsNoticedByItsConnection) {
-  start();
-  const auto victim = worker(endpoint_, "victim", "sleep:30");
-  give_noop_work(*dispatcher_, 4, 1, 0);
-  ASSERT_TRUE(eventually([&] { return dispatcher_->view().scheduler.tasks > 0; }));
-  const auto killed = Clock::now();
-  victim->signal(SIGKILL);
-  ASSERT_TRUE(eventually([&] { return sink_.events("worker_lost") == 1; }));
-  std::printf("a killed worker was noticed after %.3f s\n", since(killed));
-  EXPECT_LT(since(killed), 1.2) << "sooner than any heartbeat could tell";
+  int attempt = 0;
+  expect_within(0.1, "a killed worker was noticed", [&] {
+    start();
+    const auto victim = worker(endpoint_, "victim-" + std::to_string(attempt++), "sleep:30");
+    give_noop_work(*dispatcher_, 4, 1, 0);
+    EXPECT_TRUE(eventually([&] { return dispatcher_->view().scheduler.tasks > 0; }));
+    const int lost = sink_.events("worker_lost");
+    victim->signal(SIGKILL);
+    return seconds_until([&] { return sink_.events("worker_lost") > lost; });
+  });
 }
 
 TEST_F(Network, ASilentCutIsNoticedAndWorkGoesOnWhenTheLinkIsBack) {
@@ -81,60 +105,85 @@ TEST_F(Network, ASilentCutIsNoticedAndWorkGoesOnWhenTheLinkIsBack) {
   const auto process = worker(relay.endpoint(), "far");
   give_noop_work(*dispatcher_, 100000, 1, 0.005);
   ASSERT_TRUE(eventually([&] { return done() > 3; }));
-  const auto cut = Clock::now();
-  relay.cut();
-  ASSERT_TRUE(eventually([&] { return sink_.events("worker_lost") == 1; }));
-  std::printf("a silent cut was noticed after %.2f s\n", since(cut));
-  EXPECT_LT(since(cut), 3);
-  ASSERT_TRUE(eventually([&] { return process->log().find("silent") != std::string::npos; }))
-      << process->log();
-  std::printf("and by the worker after %.2f s\n", since(cut));
-  std::this_thread::sleep_for(std::chrono::seconds(2));
-  const std::uint64_t before = done();
-  const auto back = Clock::now();
-  relay.restore();
-  ASSERT_TRUE(eventually([&] { return done() > before; }));
-  std::printf("work went on %.2f s after the link was back\n", since(back));
-  EXPECT_LT(since(back), 4);
+  expect_within(2, "work went on, the link being back,", [&] {
+    const std::size_t said = process->log().size();
+    const int lost = sink_.events("worker_lost");
+    relay.cut();
+    const auto cut = Clock::now();
+    EXPECT_LE(seconds_until([&] { return sink_.events("worker_lost") > lost; }), 3);
+    std::printf("a silent cut was noticed after %.2f s\n", since(cut));
+    EXPECT_TRUE(eventually([&] { return process->log().find("silent", said) != std::string::npos; }));
+    std::printf("and by the worker after %.2f s\n", since(cut));
+    std::this_thread::sleep_for(std::chrono::seconds(2));
+    const std::uint64_t before = done();
+    relay.restore();
+    return seconds_until([&] { return done() > before; });
+  });
 }
 
 TEST_F(Network, AMasterThatIsBackIsFoundAgain) {
   start();
   const auto process = worker(endpoint_, "loyal");
   ASSERT_TRUE(eventually([&] { return sink_.events("worker_joined") == 1; }));
-  dispatcher_.reset();
-  std::this_thread::sleep_for(std::chrono::seconds(3));
-  server::DispatcherOptions options = testing::noop_options();
-  options.endpoints = {endpoint_};
-  const auto back = Clock::now();
-  dispatcher_ = std::move(*server::Dispatcher::create(context_, std::move(options), sink_));
-  give_noop_work(*dispatcher_, 10, 1, 0);
-  ASSERT_TRUE(eventually([&] { return sink_.finished_times() == 1; }));
-  std::printf("work was done %.2f s after the master was back\n", since(back));
-  EXPECT_LT(since(back), 4);
+  expect_within(2, "work was done, the master being back,", [&] {
+    dispatcher_.reset();
+    std::this_thread::sleep_for(std::chrono::seconds(3));
+    server::DispatcherOptions options = testing::noop_options();
+    options.endpoints = {endpoint_};
+    const int finished = sink_.finished_times();
+    const auto back = Clock::now();
+    dispatcher_ = std::move(*server::Dispatcher::create(context_, std::move(options), sink_));
+    give_noop_work(*dispatcher_, 10, 1, 0);
+    return eventually([&] { return sink_.finished_times() > finished; }) ? since(back) : kNever;
+  });
 }
 
 TEST_F(Network, AHungEvaluatorIsNoticedAtItsDeadlineAndItsWorkerEnds) {
-  start(0.5);
-  const auto hung = worker(endpoint_, "hung", "hang:0");
-  const auto begun = Clock::now();
-  give_noop_work(*dispatcher_, 1, 1, 0);
-  ASSERT_TRUE(eventually([&] { return sink_.events("hung") == 1; }));
-  std::printf("a hung evaluator was noticed after %.2f s, its deadline is 0.5 s\n", since(begun));
-  EXPECT_EQ(hung->finish(), 6) << "a slot that hangs must not keep the process";
-  const auto other = worker(endpoint_, "other");
-  EXPECT_TRUE(eventually([&] { return sink_.finished_times() == 1; }));
+  constexpr double kDeadline = 0.5;
+  int attempt = 0;
+  expect_within(0.2, "a hung evaluator was noticed, its deadline being over,", [&] {
+    start(kDeadline);
+    const auto hung = worker(endpoint_, "hung-" + std::to_string(attempt), "hang:0");
+    const int noticed = sink_.events("hung"), finished = sink_.finished_times();
+    const auto begun = Clock::now();
+    give_noop_work(*dispatcher_, 1, 1, 0);
+    const double late = seconds_until([&] { return sink_.events("hung") > noticed; }) - kDeadline;
+    EXPECT_EQ(hung->finish(), 6) << "a slot that hangs must not keep the process";
+    std::printf("its process ended %.2f s after it had begun to hang\n", since(begun));
+    EXPECT_LT(since(begun), 10) << "two seconds of patience with the slot, and no more than it takes to end";
+    const auto other = worker(endpoint_, "other-" + std::to_string(attempt++));
+    EXPECT_TRUE(eventually([&] { return sink_.finished_times() > finished; }));
+    return late;
+  });
 }
 
+// Tasks of one evaluation each, a tenth of the round trip long: with the least credit, two, the worker would
+// idle four fifths of the time.
 TEST_F(Network, LateLinksAreKeptBusyAndLoseNobody) {
-  start();
+  constexpr double kTask = 0.01;
+  constexpr std::uint32_t kTasks = 400;
+  start(30, kTask);
   Relay relay(endpoint_, {0.05, 1e9});
   const auto process = worker(relay.endpoint(), "late");
   std::this_thread::sleep_for(std::chrono::milliseconds(1200));  // for a round trip to be measured
-  const auto begun = Clock::now();
-  give_noop_work(*dispatcher_, 200, 1, 0.01);
+  give_noop_work(*dispatcher_, 20, 1, kTask);                    // and what a task costs
   ASSERT_TRUE(eventually([&] { return sink_.finished_times() == 1; }));
-  std::printf("200 evaluations over a round trip of 0.1 s took %.2f s\n", since(begun));
+  double busiest = 0;
+  for (int attempt = 0; attempt < 4 && busiest < 0.85; ++attempt) {
+    const std::uint64_t before = done();
+    const auto begun = Clock::now();
+    give_noop_work(*dispatcher_, kTasks, 1, kTask);
+    ASSERT_TRUE(eventually([&] { return sink_.finished_times() == attempt + 2; }, 60));
+    const double tasks = static_cast<double>(done() - before);
+    busiest = std::max(busiest, tasks * kTask / since(begun));
+    std::printf("%u evaluations in %.0f tasks over a round trip of 0.1 s took %.2f s: busy %.0f %%\n", kTasks,
+                tasks, since(begun), 100 * tasks * kTask / since(begun));
+    EXPECT_GT(tasks, 0.8 * kTasks) << "evaluations went together: nothing was to be had by credit";
+    if (lossy()) break;
+  }
+  if (!lossy()) {
+    EXPECT_GE(busiest, 0.85);
+  }
   expect_nobody_lost();
 }
 

@@ -4,6 +4,7 @@
 #include "server/champion_file.h"
 #include "server/store_reader.h"
 #include "tests/server/cluster.h"
+#include "tests/server/relay.h"
 
 namespace evograsp::testing {
 
@@ -38,7 +39,8 @@ class RealRun : public ::testing::Test {
                                      std::vector<std::string>{"EVOGRASP_FAULT=" + fault});
   }
   std::vector<std::string> worker_arguments(const std::string& name, int slots) const {
-    return {"--connect", endpoint_, "--identity", name, "--slots", std::to_string(slots)};
+    return {"--connect",          relay_ ? relay_->endpoint() : endpoint_, "--identity", name, "--slots",
+            std::to_string(slots)};
   }
   std::string champion() const { return read_file(run_dir() / server::kChampionFile); }
   // What run.db says happened, of one kind.
@@ -62,6 +64,11 @@ class RealRun : public ::testing::Test {
   int generations_ = 40;
   TempDir dir_;
   std::string endpoint_ = free_endpoint();
+  // On a network that loses packets (tests/platforms/lossy_test.sh) the links are late as well, 50 ms each
+  // way.
+  std::unique_ptr<Relay> relay_ = std::getenv("EVOGRASP_LOSSY") == nullptr
+                                      ? nullptr
+                                      : std::make_unique<Relay>(endpoint_, Relay::Link{0.05, 1e9});
 };
 
 }  // namespace evograsp::testing
