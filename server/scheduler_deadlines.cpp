@@ -92,8 +92,8 @@ std::vector<WorkerId> Scheduler::idle(double now) {
   for (const auto& [id, worker] : workers_) {
     for (const std::uint64_t number : worker.tasks) {  // in the order sent: the first has waited longest
       const std::vector<Attempt>& attempts = tasks_.at(number).attempts;
-      const auto own =
-          std::find_if(attempts.begin(), attempts.end(), [&](const Attempt& a) { return a.worker == id; });
+      const auto own = std::find_if(attempts.begin(), attempts.end(),
+                                    [id = id](const Attempt& a) { return a.worker == id; });
       if (own->started >= 0) continue;
       const double since = std::max(own->sent, worker.moved);
       if (now - since > patience) {

@@ -140,7 +140,11 @@ Status Session::connect() {
   auto socket = make_dealer(context_, endpoint_, options);
   if (!socket) return tl::unexpected(socket.error());
   socket_ = std::move(*socket);
-  monitor_ = std::make_unique<DisconnectMonitor>(context_, socket_);
+  try {
+    monitor_ = std::make_unique<DisconnectMonitor>(context_, socket_);
+  } catch (const zmq::error_t& error) {  // no descriptors left
+    return fail(ErrorCode::kUnavailable, endpoint_ + ": cannot watch the connection: " + error.what());
+  }
   connected_ = true;
   lost_ = false;
   ++session_;

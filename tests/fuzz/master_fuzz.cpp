@@ -173,5 +173,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   spdlog::set_level(spdlog::level::off);
   fuzz::Pieces pieces(data, size);
   FuzzedMaster().run(pieces);
+  fuzz::settle();
   return 0;
 }

@@ -2,6 +2,7 @@
 // the search gets past the door.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "common/version.h"
@@ -10,9 +11,19 @@
 
 namespace evograsp::fuzz {
 
-inline zmq::context_t& context() {
-  static zmq::context_t context(1);
+inline std::optional<zmq::context_t>& kept_context() {
+  static std::optional<zmq::context_t> context;
   return context;
+}
+inline zmq::context_t& context() {
+  if (!kept_context()) kept_context().emplace(1);
+  return *kept_context();
+}
+// Between inputs. Sockets are closed some time after they are let go: now and then that is waited for, or a
+// fast run has more of them than a context can hold.
+inline void settle() {
+  static int inputs = 0;
+  if (++inputs % 64 == 0) kept_context().reset();
 }
 
 inline std::string new_address() {

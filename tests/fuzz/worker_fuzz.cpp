@@ -72,5 +72,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   spdlog::set_level(spdlog::level::off);
   fuzz::Pieces pieces(data, size);
   FuzzedWorker().run(pieces);
+  fuzz::settle();
   return 0;
 }
