@@ -52,6 +52,15 @@ void check_scene(const proto::Config& config, const Complain& complain) {
   }
 }
 
+// Each of the bests is validated on each trial, and what they measured is kept.
+void check_champion(const proto::ChampionConfig& champion, const Complain& complain) {
+  const std::uint64_t count = std::uint64_t{champion.candidates()} * champion.validation_trials();
+  if (count > kMostTrials)
+    complain("champion.validation_trials", "champion.candidates x validation_trials are " +
+                                               std::to_string(count) + " trials, allowed are at most " +
+                                               std::to_string(kMostTrials));
+}
+
 void check_camera(const proto::CameraConfig& camera, const Complain& complain) {
   if (!(camera.near() < camera.far())) complain("camera.far", "must lie beyond camera.near");
   if (camera.columns() > camera.image_width())
@@ -160,6 +169,7 @@ void check_net(const proto::NetConfig& net, const Complain& complain) {
 void check_config(const proto::Config& config, const Complain& complain) {
   if (config.run().has_name()) check_name(config.run().name(), complain);
   check_scene(config, complain);
+  check_champion(config.champion(), complain);
   check_camera(config.camera(), complain);
   check_fitness(config.fitness(), complain);
   check_neat(config.neat(), complain);

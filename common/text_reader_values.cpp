@@ -21,7 +21,6 @@ namespace {
 // What no range says otherwise: nothing that is measured or counted here comes near, and squares and products
 // of such numbers stay finite.
 constexpr double kLargestNumber = 1e9;
-constexpr std::uint64_t kLargestCount = 1'000'000;
 
 // The shortest decimal text that reads back as the same double.
 std::string shortest(double value) {
@@ -92,10 +91,8 @@ void TextReader::read_integer(const Slot& slot) {
   if (negative && !is_signed && magnitude != 0) {
     return report(at, "'" + slot.path + "' is " + shown + ", negative numbers are not allowed");
   }
-  const bool free = wide || slot.field.options().HasExtension(proto::max);
-  const std::uint64_t most = free ? largest : kLargestCount;
-  if (!fits || magnitude > most) {
-    return report(at, "'" + slot.path + "' is " + shown + ", allowed is at most " + std::to_string(most));
+  if (!fits || magnitude > largest) {
+    return report(at, "'" + slot.path + "' is " + shown + ", allowed is at most " + std::to_string(largest));
   }
   check_range(slot, (negative ? -1.0 : 1.0) * static_cast<double>(magnitude), shown, at);
 

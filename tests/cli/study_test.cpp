@@ -114,8 +114,9 @@ TEST(StudyPlan, SlotsGoUpToTheCores) {
   Selection selection;
   selection.cores = 6;
   std::vector<int> slots;
-  for (const PlannedRun& run : plan(load_study(file.path()).value(), selection).value())
-    slots.push_back(run.slots);
+  const auto planned = plan(load_study(file.path()).value(), selection);
+  ASSERT_TRUE(planned);
+  for (const PlannedRun& run : *planned) slots.push_back(run.slots);
   EXPECT_THAT(slots, ElementsAre(1, 2, 4, 6));
 }
 
