@@ -271,14 +271,17 @@ TEST(LoadConfig, FindsContradictions) {
   const File file(
       "scene { object: 'cube' objects_in_scene: 2 }\ncamera { near: 2 far: 1 object_frame: true }\nfitness { "
       "terms: '23' }\n");
-  EXPECT_THAT(
-      load_error(File("champion { candidates: 50 validation_trials: 400000000 }").path()),
-      HasSubstr("'champion.validation_trials': champion.candidates x validation_trials are 20000000000"));
   const std::string error = load_error(file.path());
   EXPECT_THAT(error, HasSubstr("c.txtpb:1:42: 'scene.objects_in_scene': is more than the 1 objects listed"));
   EXPECT_THAT(error, HasSubstr("c.txtpb:2:23: 'camera.far': must lie beyond camera.near"));
   EXPECT_THAT(error, HasSubstr("'camera.object_frame': needs AXIS among camera.feature"));
   EXPECT_THAT(error, HasSubstr("'fitness.terms': is \"23\", allowed are 1, 12, 13, 14, 123, 124, 134, 1234"));
+}
+
+TEST(LoadConfig, BoundsTheTrialsOfValidation) {
+  EXPECT_THAT(
+      load_error(File("champion { candidates: 50 validation_trials: 400000000 }").path()),
+      HasSubstr("'champion.validation_trials': champion.candidates x validation_trials are 20000000000"));
 }
 
 TEST(LoadConfig, ASubstrateFollowsTheCameraAndMayNotDiffer) {
