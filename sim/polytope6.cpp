@@ -8,7 +8,7 @@
 namespace evograsp::sim {
 namespace {
 
-using six::dot, six::invert, six::magnitude, six::square_root, six::Tolerance;
+using six::dot, six::invert, six::square_root, six::Tolerance;
 
 constexpr int kMaxFacets = 1 << 18;  // far beyond any real grasp; bounds memory on hostile sets
 constexpr int kDead = 1 << 10;       // distance of a facet that is no more: beyond any point
@@ -290,7 +290,8 @@ bool Polytope6<Real>::make_heirs(int point) {
     heir.mark = 0;
     heir.alive = true;
     const Real distance = distance_[first + i] = measure(heir);
-    sound &= distance == distance;
+    // No NaN, of a type that std::isnan may not know.
+    sound &= distance == distance;  // NOLINT(misc-redundant-expression)
     link_heir(horizon_[i], first + i);
   }
   used_ = first + ridges_;

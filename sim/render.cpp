@@ -113,7 +113,8 @@ class Tracer {
     const Samples samples(u, v);
     Vec3 sum = Vec3::Zero();
     for (int i = 0; i < n * n; ++i) {
-      const Ray ray = camera_.ray({u + (i % n + 0.5) / n - 0.5, v + (i / n + 0.5) / n - 0.5});
+      const int row = i / n, column = i % n;
+      const Ray ray = camera_.ray({u + (column + 0.5) / n - 0.5, v + (row + 0.5) / n - 0.5});
       const Hit hit = solid.cast(ray, camera_.near(), camera_.far());
       Vec3 colour = hit.body == kNothing ? backdrop(ray) : shade(solid, ray, hit, samples, i);
       if (!scene_.glass.empty()) colour = through_glass(glass, ray, hit.t, colour);

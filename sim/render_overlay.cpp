@@ -131,7 +131,7 @@ ColourImage colour_depth(std::span<const float> depth, int columns, int rows, in
       const int step = std::min(kSteps - 1, static_cast<int>(at));
       for (int k = 0; k < 3; ++k)
         rgb[k] = static_cast<std::uint8_t>(
-            255 * (kStops[step][k] + (at - step) * (kStops[step + 1][k] - kStops[step][k])) + 0.5);
+            std::lround(255 * (kStops[step][k] + (at - step) * (kStops[step + 1][k] - kStops[step][k]))));
     }
   return image;
 }
