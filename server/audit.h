@@ -2,7 +2,8 @@
 //
 // A trial is a pure function, so two honest workers give the same bits. A piece of work that is audited is
 // done again by another worker; when the two differ, more are asked until two of them agree: the others lied
-// (or their hardware did).
+// (or their hardware did). Workers of one host share its hardware and its operator: where opinions of two
+// hosts have been heard, only agreement across hosts counts.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +13,15 @@
 
 namespace evograsp::server {
 
-using Party = std::uint64_t;  // a worker's identity, hashed: a session that comes back is the same party
+// Whom a worker speaks for, both hashed. A session that comes back under its identity is the same party, from
+// wherever it comes.
+struct Party {
+  std::uint64_t identity = 0, host = 0;
+  Party() = default;
+  explicit Party(std::uint64_t who, std::uint64_t where = 0) : identity(who), host(where) {}
+  bool operator==(const Party& other) const { return identity == other.identity; }
+  bool operator<(const Party& other) const { return identity < other.identity; }
+};
 
 // Consecutive trials of one network.
 struct Piece {
@@ -35,8 +44,8 @@ class Auditor {
   enum class State {
     kStale,     // the case is closed: the opinion means nothing
     kAgreed,    // closed: the first opinion was confirmed by the second
-    kDisputed,  // no two agree yet: another opinion is wanted, by none of `heard`
-    kDecided,   // closed: two agree, those in `liars` do not
+    kDisputed,  // not decided yet: another opinion is wanted, by none of `heard`
+    kDecided,   // closed: two agree who are to be believed, those in `liars` do not
   };
   struct Verdict {
     State state = State::kStale;
@@ -70,6 +79,7 @@ class Auditor {
     Piece piece;
     std::vector<Opinion> opinions;  // the first is the one that was accepted
   };
+  static bool convinces(const std::vector<Opinion>& opinions, const std::string& result);
 
   std::vector<Done> done_;
   std::map<std::uint32_t, Case> cases_;

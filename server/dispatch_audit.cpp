@@ -24,6 +24,11 @@ bool DispatchLoop::is_audited(std::uint64_t genome) const {
   return Random(work_.trial_set, Purpose::kAudit, work_.generation, genome).chance(options_.audit_share);
 }
 
+// A liar that comes back under another name, and what shares its hardware, are no more trusted than it was.
+bool DispatchLoop::is_on_probation(const Session& session) const {
+  return probation_.contains(session.party.host);
+}
+
 std::string DispatchLoop::name_of(Party party) const {
   const auto found = names_.find(party);
   return found == names_.end() ? "?" : found->second;
@@ -56,7 +61,7 @@ void DispatchLoop::book(const Session& session, const Assignment& what, const pr
     const int own = position++;
     if (told_[network] != 0) continue;  // given up meanwhile
     auditor_.did(piece, session.party);
-    if (!is_audited(networks_[network].id)) continue;
+    if (!is_audited(networks_[network].id) && !is_on_probation(session)) continue;
     const std::uint32_t number = auditor_.open(piece, session.party, opinion_of(result, own, what.trials));
     scheduler_.audit(number, piece, {session.party});
   }
@@ -78,7 +83,7 @@ void DispatchLoop::hear(const Session& session, const Assignment& what, const pr
   sink_.event(true, "audit_mismatch",
               "genome " + std::to_string(networks_[verdict.piece.network].id) + " of generation " +
                   std::to_string(work_.generation) + ": the results of " + names +
-                  " differ: another worker decides");
+                  " differ: another worker decides, of another host when there is one");
   scheduler_.audit(what.audit, verdict.piece, verdict.heard);
 }
 
@@ -97,6 +102,7 @@ void DispatchLoop::condemn(const Auditor::Verdict& verdict) {
     quarantined_[identity].identity = identity;
     quarantined_[identity].state = "quarantined";
     liars_.push_back(liar);
+    probation_.insert(liar.host);
     discard_work(liar);
   }
 }
@@ -127,7 +133,8 @@ void DispatchLoop::discard_work(Party liar) {
   const std::string identity = name_of(liar);
   sink_.event(true, "quarantine",
               "worker " + identity + " is quarantined: " + verdicts_[identity] + "; " +
-                  std::to_string(pieces) + " of its results of this generation are done again");
+                  std::to_string(pieces) +
+                  " of its results of this generation are done again, and all that its host does is audited");
 }
 
 void DispatchLoop::send_liars_away() {
@@ -194,7 +201,7 @@ void DispatchLoop::skip_audits() {
   if (skipped.disputed && !std::exchange(said_disputed_, true))
     sink_.event(true, "audit_waiting",
                 "workers contradict each other and there is no other to decide: the generation waits until "
-                "one more worker connects");
+                "one more worker connects, best on a host that has not been heard");
 }
 
 }  // namespace evograsp::server

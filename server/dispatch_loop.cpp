@@ -11,10 +11,11 @@ namespace evograsp::server {
 namespace {
 
 constexpr int kMessagesATurn = 512;
-constexpr double kAbsentSeconds = 0.2;  // between two ticks: this thread did not run, and heard nobody
-constexpr double kDeafFactor = 4;       // times the silence limit, while messages wait unread
-constexpr double kPatienceSeconds = 2;  // without workers, before it is worth a line in the log
-constexpr double kPingEvery = 4;        // heartbeats, of a worker that is sent other things
+constexpr double kAbsentSeconds = 0.2;   // between two ticks: this thread did not run, and heard nobody
+constexpr double kDeafFactor = 4;        // times the silence limit, while messages wait unread
+constexpr double kTransportSeconds = 5;  // less than the transport's own patience
+constexpr double kPatienceSeconds = 2;   // without workers, before it is worth a line in the log
+constexpr double kPingEvery = 4;         // heartbeats, of a worker that is sent other things
 constexpr std::size_t kManyWorkers = 256;
 constexpr double kManyWorkersPump = 0.1;  // s
 constexpr double kSmallestTask = 2.5e-4;  // s: the scheduler gives out no less
@@ -94,8 +95,7 @@ void DispatchLoop::add(std::uint32_t first, std::vector<NetworkFrame> networks) 
   for (NetworkFrame& network : networks) {
     if (first >= networks_.size()) return;  // of work that has been abandoned
     networks_[first] = std::move(network);
-    // What is audited goes first: the second opinion shall not be what a generation waits for.
-    scheduler_.add(first, networks_[first].bytes.size(), is_audited(networks_[first].id));
+    scheduler_.add(first, networks_[first].bytes.size());
     ++first;
   }
   pump_all();
@@ -158,7 +158,7 @@ bool DispatchLoop::give_one(Session& session) {
       return false;
     case SendResult::kGone:
       scheduler_.unsend(session.id, *what);
-      end_session(session, Departure::kDied, "its connection is gone");
+      end_session(session, how_it_went(session), "its connection is gone");
       return false;
   }
   return false;
@@ -237,16 +237,23 @@ void DispatchLoop::end_session(Session& session, Departure departure, const std:
   session.view.outstanding = 0;
   session.view.heard = unix_time();
   sink_.worker(session.view);
-  const bool died = departure == Departure::kDied;
+  const bool lost = departure != Departure::kLeft;
   if (!session.leaving && !session.held && two_parties()) parted_ = now();
-  if (died) ++totals_.lost;
+  if (lost) ++totals_.lost;
   sink_.event(
-      died, died ? "worker_lost" : "worker_left",
+      lost, lost ? "worker_lost" : "worker_left",
       "worker " + session.view.identity + ": " + why + "; " + std::to_string(held) + " tasks go to others");
   by_id_.erase(session.id);
   fail_steps_of(session.id);
   sessions_.erase(std::string(session.peer));  // the session dies here
   report_poisoned();
+}
+
+// The connection of one that had been silent for long ended of that: the transport gives up a peer that does
+// not answer (common/socket.h). A process that dies was heard a moment ago.
+Departure DispatchLoop::how_it_went(const Session& session) const {
+  const double limit = std::min(options_.silence_seconds, kTransportSeconds);
+  return now() - session.heard > limit ? Departure::kSilent : Departure::kDied;
 }
 
 void DispatchLoop::drop_disconnected() {
@@ -255,7 +262,7 @@ void DispatchLoop::drop_disconnected() {
     const auto session =
         std::find_if(by_id_.begin(), by_id_.end(), [&](const auto& entry) { return entry.second->fd == fd; });
     if (session == by_id_.end()) continue;
-    end_session(*session->second, Departure::kDied, "its connection ended");
+    end_session(*session->second, how_it_went(*session->second), "its connection ended");
     lost = true;
   }
   if (!lost) return;
@@ -278,7 +285,7 @@ void DispatchLoop::lose_silent() {
   std::vector<Session*> silent;
   for (const auto& [id, session] : by_id_)
     if (session->heard < latest) silent.push_back(session);
-  for (Session* session : silent) end_session(*session, Departure::kDied, "nothing heard of it");
+  for (Session* session : silent) end_session(*session, Departure::kSilent, "nothing heard of it");
 }
 
 void DispatchLoop::expire_tasks() {
@@ -322,7 +329,7 @@ void DispatchLoop::send_heartbeats() {
     session->ping_sent = now();
     if (send(router_, session->peer, envelope) == SendResult::kGone) gone.push_back(session);
   }
-  for (Session* session : gone) end_session(*session, Departure::kDied, "its connection is gone");
+  for (Session* session : gone) end_session(*session, how_it_went(*session), "its connection is gone");
 }
 
 void DispatchLoop::tick() {

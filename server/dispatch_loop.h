@@ -22,7 +22,7 @@ namespace evograsp::server {
 struct Session {
   std::string peer;  // routing id
   WorkerId id = 0;
-  Party party = 0;
+  Party party;
   PeerView view;
   int fd = -1;
   bool ready = false;                // its simulator stands
@@ -85,6 +85,7 @@ class DispatchLoop {
 
   // dispatch_audit.cpp: work done twice, and liars.
   bool is_audited(std::uint64_t genome) const;
+  bool is_on_probation(const Session& session) const;
   void book(const Session& session, const Assignment& what, const proto::TaskResult& result);
   void open_case(const Session& session, const Piece& piece, const proto::TaskResult& result);
   void hear(const Session& session, const Assignment& what, const proto::TaskResult& result);
@@ -109,6 +110,7 @@ class DispatchLoop {
   void refuse(const std::string& peer, const std::string& reason, bool retry);
   void misbehaved(const std::string& peer, const std::string& fault);
   void end_session(Session& session, Departure departure, const std::string& why);
+  Departure how_it_went(const Session& session) const;
   void send_heartbeats();
   void excuse_own_absence();
   void lose_silent();
@@ -152,6 +154,7 @@ class DispatchLoop {
   std::map<std::string, PeerView> quarantined_;  // by identity
   std::map<std::string, std::string> verdicts_;  // why, by identity
   std::vector<Party> liars_;                     // condemned, still connected
+  std::set<std::uint64_t> probation_;            // hosts where a liar was found: all they do is audited
   bool said_alone_ = false;                      // that audits need two workers
   std::optional<double> parted_;                 // s; a party went, not for good, and another was here
   std::optional<double> alone_for_opinions_;     // s; since one party alone could give opinions

@@ -117,7 +117,8 @@ void DispatchLoop::on_hello(const Received& message) {
   view.pid = hello.pid();
   view.slots = hello.slots();
   view.joined = view.heard = unix_time();
-  session->party = std::hash<std::string>()(view.identity);
+  const std::hash<std::string> hash;
+  session->party = Party(hash(view.identity), hash(view.host));
   scheduler_.join(session->id, hello.slots(), session->party);
   scheduler_.set_active(session->id, false);  // until its simulator stands
   by_id_[session->id] = session.get();
@@ -149,7 +150,7 @@ bool DispatchLoop::supersede(const proto::Hello& hello, const std::string& peer)
     refuse(peer, reason, true);
     return false;
   }
-  for (Session* old : before) end_session(*old, Departure::kLeft, "came back over a new connection");
+  for (Session* old : before) end_session(*old, Departure::kSilent, "came back over a new connection");
   return true;
 }
 

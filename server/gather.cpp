@@ -16,6 +16,15 @@ std::chrono::steady_clock::time_point after(double seconds) {
                                                 std::chrono::duration<double>(seconds));
 }
 
+std::string several(std::uint32_t count, const char* what) {
+  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+}
+
+std::string loss_of(const Poisoned& network) {
+  return several(network.workers, "worker") + " on " + several(network.hosts, "host") +
+         " died, hung or fell silent with it, in " + std::to_string(network.tries) + " tries";
+}
+
 }  // namespace
 
 void Gather::begin(Kind kind, std::uint32_t generation, std::vector<Item> items,
@@ -103,7 +112,7 @@ void Gather::poisoned(const Poisoned& network) {
   PoisonRecord poison;
   poison.generation = evaluation.generation;
   poison.genome = evaluation.genome;
-  poison.reason = std::to_string(network.strikes) + " workers died or hung on it";
+  poison.reason = loss_of(network);
   event(true, "poison",
         "genome " + std::to_string(poison.genome) + " of generation " + std::to_string(poison.generation) +
             " is scored zero: " + poison.reason);

@@ -13,7 +13,6 @@ constexpr double kLeastTrial = 1e-7, kMostTrial = 3600;  // s a trial that is be
 constexpr double kLiftGuess = 0.08;                      // s, the same of a lift test
 constexpr std::size_t kRoundTrips = 16;  // heartbeats that the shortest round trip is taken of
 constexpr double kLearningRate = 0.2;
-constexpr std::uint8_t kLossesToSuspect = 2;
 
 }  // namespace
 
@@ -24,10 +23,14 @@ void Scheduler::join(WorkerId worker, std::uint32_t slots, Party party) {
   workers_[worker].slots = slots;
   workers_[worker].party = party;
   total_slots_ += slots;
+  many_hosts_ = many_hosts_ || party.host != first_host_.value_or(party.host);
+  first_host_ = first_host_.value_or(party.host);
+  count(worker, workers_[worker]);
 }
 
 void Scheduler::set_active(WorkerId worker, bool active) {
   workers_.at(worker).active = active;
+  count(worker, workers_.at(worker));
   if (!active) give_up_rest(worker);
 }
 
@@ -36,19 +39,17 @@ void Scheduler::leave(WorkerId id, Departure departure) {
   if (found == workers_.end()) return;
   Worker worker = std::move(found->second);
   workers_.erase(found);
+  worker.active = false;
+  count(id, worker);
   total_slots_ -= worker.slots;
   give_up_rest(id);
   // Backwards, because requeue() puts work at the front: the oldest task shall be the first again.
   const std::vector<std::uint64_t> held = worker.tasks;
   for (auto task = held.rbegin(); task != held.rend(); ++task) {
     const Task& lost = tasks_.at(*task);
-    if (departure == Departure::kDied) {
-      const auto attempt = std::find_if(lost.attempts.begin(), lost.attempts.end(),
-                                        [&](const Attempt& a) { return a.worker == id; });
-      if (attempt->started >= 0) strike(lost.what, id);
-      for (const std::uint32_t network : lost.what.networks)
-        if (losses_[network] < kLossesToSuspect) ++losses_[network];
-    }
+    const auto attempt = std::find_if(lost.attempts.begin(), lost.attempts.end(),
+                                      [&](const Attempt& a) { return a.worker == id; });
+    blame(lost.what, *attempt, worker, departure);
     end_attempt(id, worker, *task);
   }
 }
@@ -71,17 +72,13 @@ void Scheduler::begin(std::uint32_t networks, std::uint32_t trials, bool lifts) 
   networks_left_ = networks;
   trials_pending_ = static_cast<std::uint64_t>(networks) * trials;
   left_.assign(networks, trials);
-  strikes_.assign(networks, {});
-  losses_.assign(networks, 0);
+  records_.assign(networks, {});
   bytes_.assign(networks, 0);
 }
 
-void Scheduler::add(std::uint32_t index, std::size_t bytes, bool early) {
+void Scheduler::add(std::uint32_t index, std::size_t bytes) {
   bytes_[index] = static_cast<std::uint32_t>(std::min<std::size_t>(bytes, UINT32_MAX));
-  if (early)
-    queue_.push_front({index, 0, trials_});
-  else
-    queue_.push_back({index, 0, trials_});
+  queue_.push_back({index, 0, trials_});
 }
 
 void Scheduler::abandon() {
@@ -126,32 +123,6 @@ std::optional<Assignment> Scheduler::next(WorkerId id, double now) {
   return give(id, worker, *slow, now);
 }
 
-// A suspect runs alone on its worker, so that nothing else can be blamed, and on another worker than those it
-// has struck down if there is one.
-std::optional<Assignment> Scheduler::next_suspect(WorkerId id, Worker& worker, double now) {
-  const auto unit = std::find_if(suspects_.begin(), suspects_.end(), [&](const Unit& u) {
-    const std::vector<WorkerId>& struck = strikes_[u.network];
-    const bool innocent = std::find(struck.begin(), struck.end(), id) == struck.end();
-    return (innocent || struck_all(u.network)) && may(worker, u.audit);
-  });
-  if (unit == suspects_.end()) return std::nullopt;
-  Task task;
-  task.what = {next_task_++, 0, {unit->network}, unit->first, unit->count, true, unit->audit};
-  trials_pending_ -= unit->count;
-  suspects_.erase(unit);
-  worker.exclusive = true;
-  return give(id, worker, tasks_.emplace(task.what.task, task).first->second, now);
-}
-
-// Nobody takes work who has not been struck down by the network: then anybody must do.
-bool Scheduler::struck_all(std::uint32_t network) const {
-  const std::vector<WorkerId>& struck = strikes_[network];
-  return std::none_of(workers_.begin(), workers_.end(), [&](const auto& entry) {
-    const bool works = entry.second.active && entry.second.slots > 0;
-    return works && std::find(struck.begin(), struck.end(), entry.first) == struck.end();
-  });
-}
-
 Assignment Scheduler::give(WorkerId id, Worker& worker, Task& task, double now) {
   ++counts_.tasks;
   if (task.attempts.empty() && task.bytes == 0)
@@ -192,7 +163,7 @@ Scheduler::Accepted Scheduler::result(WorkerId id, std::uint64_t number, double 
     accepted.cancel.push_back(attempt.worker);
     forget(found->second, attempt);
   }
-  idle_.erase(workers_.at(id).party);
+  if (idle_.erase(workers_.at(id).party) > 0) count(id, workers_.at(id));
   learn(workers_.at(id), seconds, what.networks.size() * what.trials);
   tasks_.erase(found);
   for (const std::uint32_t network : what.networks) {
@@ -213,7 +184,7 @@ void Scheduler::learn(Worker& worker, double seconds, std::size_t trials) {
 }
 
 void Scheduler::failed(WorkerId worker, std::uint64_t number) {
-  strike(tasks_.at(number).what, worker);
+  add_try(tasks_.at(number).what, workers_.at(worker).party, true);
   end_attempt(worker, workers_.at(worker), number);
 }
 
@@ -238,42 +209,6 @@ void Scheduler::requeue(const Assignment& what) {
     where.push_front({*network, what.first_trial, what.trials, what.audit});
     trials_pending_ += what.trials;
   }
-}
-
-bool Scheduler::is_suspect(std::uint32_t network) const {
-  return !strikes_[network].empty() || losses_[network] >= kLossesToSuspect;
-}
-
-void Scheduler::strike(const Assignment& what, WorkerId by) {
-  for (const std::uint32_t network : what.networks) {
-    if (left_[network] == 0) continue;
-    ++counts_.strikes;
-    strikes_[network].push_back(by);
-    if (strikes_[network].size() >= options_.poison_strikes) poison(network);
-  }
-}
-
-void Scheduler::poison(std::uint32_t network) {
-  poisoned_.push_back({network, static_cast<std::uint32_t>(strikes_[network].size())});
-  left_[network] = 0;
-  --networks_left_;
-  const auto drop = [&](std::deque<Unit>& units) {
-    for (const Unit& unit : units)
-      if (unit.network == network) trials_pending_ -= unit.count;
-    std::erase_if(units, [&](const Unit& unit) { return unit.network == network; });
-  };
-  drop(queue_);
-  std::erase_if(rests_, [&](const auto& entry) {
-    if (entry.second.network != network) return false;
-    trials_pending_ -= entry.second.count;
-    return true;
-  });
-  drop(suspects_);
-  drop(audits_);
-}
-
-std::vector<Poisoned> Scheduler::take_poisoned() {
-  return std::exchange(poisoned_, {});
 }
 
 std::uint32_t Scheduler::outstanding(WorkerId worker) const {

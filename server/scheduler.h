@@ -42,17 +42,19 @@ struct Assignment {
   std::uint32_t audit = 0;  // the case it gives an opinion on (server/audit.h); 0: ordinary work
 };
 
-// A network that is given up: it killed or hung workers.
+// A network that is given up: it killed or hung workers (scheduler_suspects.cpp).
 struct Poisoned {
   std::uint32_t network = 0;
-  std::uint32_t strikes = 0;
-  std::string bytes = {};  // its serialised proto::Network; added by the dispatcher
+  std::uint32_t workers = 0, hosts = 0;  // different ones that were lost with it
+  std::uint32_t tries = 0;               // that ended so
+  std::string bytes = {};                // its serialised proto::Network; added by the dispatcher
 };
 
 // How a worker's session ended.
 enum class Departure {
-  kLeft,  // said goodbye, was superseded or was sent away: nothing it held is to blame
-  kDied,  // vanished or fell silent: what it had started gets a strike
+  kLeft,    // said goodbye, was superseded or was sent away: nothing it held is to blame
+  kSilent,  // nothing heard of it: frozen, or its link is cut. No strike, but what it held may be suspect
+  kDied,    // its process ended: what it had started gets a strike
 };
 
 struct SchedulerCounts {
@@ -64,9 +66,9 @@ class Scheduler {
  public:
   explicit Scheduler(const SchedulerOptions& options);
 
-  // party: the worker's identity; two sessions of one party never audit each other.
+  // Two sessions of one party never audit each other, and count once among those that a network killed.
   void join(WorkerId worker, std::uint32_t slots, Party party);
-  void join(WorkerId worker, std::uint32_t slots) { join(worker, slots, worker); }
+  void join(WorkerId worker, std::uint32_t slots) { join(worker, slots, Party(worker)); }
   // Whether the worker takes work now (from the start: yes). Who does not is not counted on.
   void set_active(WorkerId worker, bool active);
   // Everything the worker held goes back to the queue.
@@ -83,8 +85,7 @@ class Scheduler {
   // lifts: the trials are lift tests, which take a thousand times as long; what they cost is learnt apart.
   void begin(std::uint32_t networks, std::uint32_t trials, bool lifts = false);
   // Network `index` can be given out; bytes: its size on the wire.
-  // early: before what is queued already.
-  void add(std::uint32_t index, std::size_t bytes, bool early = false);
+  void add(std::uint32_t index, std::size_t bytes);
   // Drops all work: results that still come are late.
   void abandon();
   bool finished() const { return networks_left_ == 0; }
@@ -133,10 +134,11 @@ class Scheduler {
 
   // How many parties are here that could give an opinion: 0, 1, or 2 for two and more.
   int auditors() const;
-  // Somebody is here who could give an opinion and is none of `not_by`.
+  // Somebody is here who could give an opinion and is none of `not_by`; of their hosts, too, when no other is
+  // here.
   bool can_audit(const std::vector<Party>& not_by) const;
-  // The piece is to be done once more, by none of `not_by`, as an opinion on case `audit`. Its network, which
-  // must not be complete, is complete only after that.
+  // The piece is to be done once more, by none of `not_by`, as an opinion on case `audit`: on another host
+  // than theirs while one is here. Its network, which must not be complete, is complete only after that.
   void audit(std::uint32_t audit, const Piece& piece, std::vector<Party> not_by);
   // An opinion that nobody waits for any more is not asked for if that has not been done yet.
   void withdraw_audit(std::uint32_t audit);
@@ -183,7 +185,7 @@ class Scheduler {
   };
   struct Worker {
     std::uint32_t slots = 0;
-    Party party = 0;
+    Party party;
     bool active = true;
     std::vector<std::uint64_t> tasks;       // in the order sent
     std::size_t bytes = 0;                  // of the networks in `tasks`
@@ -193,6 +195,16 @@ class Scheduler {
     bool exclusive = false;                 // holds a suspect, and nothing else
     std::vector<Forgotten> forgotten;
     double moved = 0;  // s; started or brought something last
+  };
+  // What a network has done to workers.
+  struct Try {
+    Party party;
+    bool strike = false;  // the worker died, hung or failed; otherwise it fell silent
+  };
+  struct Record {
+    std::vector<Try> tries;   // that lost their worker
+    std::uint8_t losses = 0;  // workers lost while holding it, started or not
+    bool given_up = false;
   };
 
   std::uint32_t credit(const Worker& worker) const;
@@ -205,7 +217,10 @@ class Scheduler {
   void give_up_rest(WorkerId worker);
   std::optional<Assignment> next_suspect(WorkerId id, Worker& worker, double now);
   std::optional<Assignment> next_audit(WorkerId id, Worker& worker, double now);
-  bool struck_all(std::uint32_t network) const;
+  bool suits(const Worker& worker, const Unit& unit) const;
+  void count(WorkerId id, const Worker& worker);
+  bool another_host(const std::vector<Party>& heard) const;
+  bool may(const Worker& worker, const std::vector<Party>& not_by) const;
   bool may(const Worker& worker, std::uint32_t audit) const;
   bool gives_opinions(const Worker& worker) const;
   void forget(const Task& task, const Attempt& attempt);
@@ -222,23 +237,27 @@ class Scheduler {
   // queued.
   void end_attempt(WorkerId id, Worker& worker, std::uint64_t task);
   void requeue(const Assignment& what);
-  void strike(const Assignment& what, WorkerId by);
+  void blame(const Assignment& what, const Attempt& attempt, const Worker& by, Departure departure);
+  void add_try(const Assignment& what, Party party, bool strike);
+  bool is_enough(const Record& record) const;
   void learn(Worker& worker, double seconds, std::size_t trials);
   void poison(std::uint32_t network);
 
   SchedulerOptions options_;
   std::map<WorkerId, Worker> workers_;
+  std::map<std::uint64_t, std::map<WorkerId, std::uint64_t>> able_;  // by host: identities that take work now
+  std::optional<std::uint64_t> first_host_;                          // that ever joined
+  bool many_hosts_ = false;                                          // another has joined since
   std::uint32_t total_slots_ = 0;
   std::array<double, 2> trial_seconds_;  // as in Worker
   std::size_t kind_ = 0;                 // of the work at hand: 0 grasps, 1 lifts
 
   std::uint32_t trials_ = 0;
   std::uint32_t networks_left_ = 0;
-  std::uint64_t trials_pending_ = 0;            // in the queues or not added yet
-  std::vector<std::uint32_t> left_;             // trials missing, by network
-  std::vector<std::vector<WorkerId>> strikes_;  // by network: who was struck down by it
-  std::vector<std::uint8_t> losses_;            // workers lost while holding it, by network
-  std::vector<std::uint32_t> bytes_;            // by network
+  std::uint64_t trials_pending_ = 0;  // in the queues or not added yet
+  std::vector<std::uint32_t> left_;   // trials missing, by network
+  std::vector<Record> records_;       // by network
+  std::vector<std::uint32_t> bytes_;  // by network
   std::deque<Unit> queue_;
   // What is left of a network that a worker began: its next tasks come from there, so that it is sent the
   // network once.

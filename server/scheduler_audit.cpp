@@ -6,13 +6,44 @@
 
 namespace evograsp::server {
 
+// Books whether the worker takes work now.
+void Scheduler::count(WorkerId id, const Worker& worker) {
+  if (gives_opinions(worker)) {
+    able_[worker.party.host][id] = worker.party.identity;
+    return;
+  }
+  const auto host = able_.find(worker.party.host);
+  if (host == able_.end()) return;
+  host->second.erase(id);
+  if (host->second.empty()) able_.erase(host);
+}
+
+// Somebody takes work who is none of them, on none of their hosts.
+bool Scheduler::another_host(const std::vector<Party>& heard) const {
+  return std::any_of(able_.begin(), able_.end(), [&](const auto& host) {
+    if (std::any_of(heard.begin(), heard.end(), [&](const Party& p) { return p.host == host.first; }))
+      return false;
+    return std::any_of(host.second.begin(), host.second.end(), [&](const auto& worker) {
+      return std::find(heard.begin(), heard.end(), Party(worker.second)) == heard.end();
+    });
+  });
+}
+
+bool Scheduler::may(const Worker& worker, const std::vector<Party>& not_by) const {
+  bool same_host = false;
+  for (const Party& party : not_by) {
+    if (party == worker.party) return false;
+    same_host = same_host || party.host == worker.party.host;
+  }
+  return !same_host || !another_host(not_by);
+}
+
 // Whether the worker's opinion on the audit counts.
 bool Scheduler::may(const Worker& worker, std::uint32_t audit) const {
   if (audit == 0) return true;
   if (idle_.contains(worker.party)) return false;
   const auto found = not_by_.find(audit);
-  if (found == not_by_.end()) return true;
-  return std::find(found->second.begin(), found->second.end(), worker.party) == found->second.end();
+  return found == not_by_.end() || may(worker, found->second);
 }
 
 bool Scheduler::gives_opinions(const Worker& worker) const {
@@ -30,9 +61,10 @@ int Scheduler::auditors() const {
 }
 
 bool Scheduler::can_audit(const std::vector<Party>& not_by) const {
-  return std::any_of(workers_.begin(), workers_.end(), [&](const auto& entry) {
-    return gives_opinions(entry.second) &&
-           std::find(not_by.begin(), not_by.end(), entry.second.party) == not_by.end();
+  return std::any_of(able_.begin(), able_.end(), [&](const auto& host) {
+    return std::any_of(host.second.begin(), host.second.end(), [&](const auto& worker) {
+      return std::find(not_by.begin(), not_by.end(), Party(worker.second)) == not_by.end();
+    });
   });
 }
 
@@ -107,7 +139,7 @@ Scheduler::Skipped Scheduler::skip_audits(bool patient) {
 }
 
 bool Scheduler::redo(const Piece& piece) {
-  if (strikes_[piece.network].size() >= options_.poison_strikes) return false;
+  if (records_[piece.network].given_up) return false;
   if (left_[piece.network] == 0) ++networks_left_;
   left_[piece.network] += piece.trials;
   trials_pending_ += piece.trials;

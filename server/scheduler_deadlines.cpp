@@ -58,26 +58,27 @@ std::vector<Scheduler::Hung> Scheduler::expire(double now) {
     no_hung_before_ = std::min(no_hung_before_, started + options_.task_deadline);
     return false;
   };
-  const auto lose_slot = [&](Worker& worker) {
+  const auto lose_slot = [&](WorkerId id, Worker& worker) {
     ++counts_.expired;
     if (worker.slots == 0) return;
     --worker.slots;
     --total_slots_;
+    count(id, worker);
   };
   for (const auto& [number, task] : tasks_)
     for (const Attempt& attempt : task.attempts)
       if (hangs(attempt.started)) hung.push_back({attempt.worker, number});
   for (const Hung& h : hung) {
     Worker& worker = workers_.at(h.worker);
-    lose_slot(worker);
-    strike(tasks_.at(h.task).what, h.worker);
+    lose_slot(h.worker, worker);
+    add_try(tasks_.at(h.task).what, worker.party, true);
     end_attempt(h.worker, worker, h.task);
   }
   for (auto& [id, worker] : workers_) {
     for (const Forgotten& forgotten : worker.forgotten) {
       if (now - forgotten.started <= options_.task_deadline) continue;
       hung.push_back({id, forgotten.task});
-      lose_slot(worker);
+      lose_slot(id, worker);
     }
     std::erase_if(worker.forgotten, [&](const Forgotten& f) { return hangs(f.started); });
   }
@@ -99,6 +100,7 @@ std::vector<WorkerId> Scheduler::idle(double now) {
       if (now - since > patience) {
         idle.push_back(id);
         idle_.insert(worker.party);
+        count(id, worker);
       } else {
         no_idle_before_ = std::min(no_idle_before_, since + patience);
       }

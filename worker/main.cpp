@@ -73,8 +73,14 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--slots", options.slots, "simulations at a time; 0: one a core")
       ->check(CLI::Range(0, 4096));
-  app.add_option("--identity", options.identity,
-                 "name to the master, unique among its workers (default: host, pid)");
+  app.add_option(
+      "--identity", options.identity,
+      "name to the master, unique among its workers, the same after a restart (default: host, machine, "
+      "number)");
+  app.add_option("--host", options.host,
+                 "name of the machine: what one has evaluated is audited on another (default: host name; in "
+                 "a container, say its node's)")
+      ->envname("EVOGRASP_HOST");
   app.add_option("--curve-key-file", key_file, "key pair and the master's public key: evograsp keygen")
       ->envname("EVOGRASP_CURVE_KEY_FILE");
   app.add_option("--drain-seconds", options.drain_seconds, "time that running tasks get at SIGTERM")

@@ -44,12 +44,6 @@ double jitter() {
                     static_cast<double>(std::minstd_rand::max() - std::minstd_rand::min());
 }
 
-std::string host_name() {
-  char name[256] = {};
-  gethostname(name, sizeof name - 1);
-  return name;
-}
-
 }  // namespace
 
 struct Session::Built {
@@ -155,7 +149,7 @@ Status Session::connect() {
   proto::Envelope envelope = make_envelope({});
   proto::Hello& hello = *envelope.mutable_hello();
   hello.set_build(kVersion);
-  hello.set_host(host_name());
+  hello.set_host(options_.host);
   hello.set_pid(static_cast<std::uint32_t>(getpid()));
   hello.set_slots(static_cast<std::uint32_t>(options_.slots));
   hello.set_identity(options_.identity);

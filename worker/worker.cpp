@@ -1,29 +1,18 @@
 #include "worker/worker.h"
 
-#include <unistd.h>
-
 #include <atomic>
-#include <random>
 #include <thread>
 
+#include "worker/seat.h"
 #include "worker/session.h"
 
 namespace evograsp::worker {
 
 namespace {
 
-std::string default_identity() {
-  char host[128] = {};
-  gethostname(host, sizeof host - 1);
-  char text[192];
-  std::snprintf(text, sizeof text, "%s-%d-%04x", host, static_cast<int>(getpid()),
-                std::random_device{}() & 0xffff);
-  return text;
-}
-
 class WorkerImpl : public Worker {
  public:
-  explicit WorkerImpl(WorkerOptions options) : options_(std::move(options)) {
+  WorkerImpl(WorkerOptions options, Seat seat) : options_(std::move(options)), seat_(std::move(seat)) {
     if (options_.context == nullptr) own_context_ = std::make_unique<zmq::context_t>(1);
   }
 
@@ -48,6 +37,7 @@ class WorkerImpl : public Worker {
 
  private:
   WorkerOptions options_;
+  const Seat seat_;
   std::unique_ptr<zmq::context_t> own_context_;
   const std::shared_ptr<Wakeup> wakeup_ = std::make_shared<Wakeup>();
   std::atomic<int> order_{Session::kServe};
@@ -59,9 +49,14 @@ Result<std::unique_ptr<Worker>> Worker::create(WorkerOptions options) {
   if (options.slots < 0 || options.slots > 4096)
     return fail(ErrorCode::kUsage, "slots: " + std::to_string(options.slots) + " is not between 1 and 4096");
   if (options.slots == 0) options.slots = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  if (options.identity.empty()) options.identity = default_identity();
+  Seat seat = options.identity.empty()
+                  ? Seat::take(options.rendezvous.empty() ? options.connect : options.rendezvous)
+                  : Seat();
+  if (options.identity.empty()) options.identity = seat.name();
+  if (options.host.empty()) options.host = host_name();
   if (options.identity.size() > 200) return fail(ErrorCode::kUsage, "identity: longer than 200 characters");
-  return std::make_unique<WorkerImpl>(std::move(options));
+  if (options.host.size() > 200) return fail(ErrorCode::kUsage, "host: longer than 200 characters");
+  return std::make_unique<WorkerImpl>(std::move(options), std::move(seat));
 }
 
 }  // namespace evograsp::worker

@@ -17,7 +17,11 @@ struct WorkerOptions {
   std::string rendezvous;
   double wait_seconds = 0;  // give up without a master for this long; 0: never
   int slots = 0;            // 0: one a core
-  std::string identity;     // default: host, pid and a random part
+  // Unique among the workers of a master, and the same after a restart. Default: worker/seat.h.
+  std::string identity;
+  // The machine: an audit is done on another. Default: what it calls itself; in a container, better its
+  // node's.
+  std::string host;
   bool once = false;  // return when the master says that its run is over, instead of waiting for the next
   std::string alive_file;          // written every second with what the worker does; empty: none
   double drain_seconds = 10;       // drain() gives running tasks this long

@@ -75,7 +75,7 @@ def references(documents):
             mounts = container.get("volumeMounts", [])
             yield from (f"{where}: no volume {m['name']}" for m in mounts if m["name"] not in volumes)
             paths = [m["mountPath"] for m in mounts]
-            for argument in container["args"] + [e["value"] for e in container.get("env", [])]:
+            for argument in container["args"] + [e["value"] for e in container.get("env", []) if "value" in e]:
                 path = re.search(r"=?(/[\w./-]+)$", argument)
                 if path and "://" not in argument and not any(path[1].startswith(p) for p in paths):
                     yield f"{where}: {argument}: the root is read-only and nothing is mounted there"

@@ -14,7 +14,8 @@ using testing::eventually;
 using testing::Process;
 using testing::RealRun;
 
-constexpr int kVictim = 5;  // a genome of the first generation
+constexpr int kVictim = 5;           // a genome of the first generation
+constexpr int kWatchdogTurns = 120;  // of 10 ms, that a stopped process is left alone
 
 class Poison : public RealRun {
  protected:
@@ -26,20 +27,47 @@ class Poison : public RealRun {
                   : std::vector<server::PoisonRecord>{};
   }
   // Workers with the fault, each started again when it has died (as systemd or a batch system would), until
-  // the server ends. Gives how many have died by a signal or left with an error.
-  int keep_alive(Process& server, const std::string& fault, int workers) {
+  // the server ends. Gives how many have died by a signal or left with an error. steady: each keeps its name.
+  int keep_alive(Process& server, const std::string& fault, int workers, bool steady = false,
+                 const std::string& host = {}) {
     std::vector<std::unique_ptr<Process>> all(static_cast<std::size_t>(workers));
+    std::vector<int> stopped(all.size());
     int started = 0, dead = 0;
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(40);
     while (!server.ended() && std::chrono::steady_clock::now() < end) {
-      for (auto& worker : all) {
-        if (worker && !worker->ended()) continue;
-        dead += worker != nullptr ? 1 : 0;
-        worker = start_faulty("mortal-" + std::to_string(started++), fault);
+      for (std::size_t i = 0; i < all.size(); ++i) {
+        if (all[i] && is_stopped(*all[i]) && ++stopped[i] > kWatchdogTurns) all[i]->finish(SIGKILL);
+        if (all[i] && !all[i]->ended()) continue;
+        dead += all[i] != nullptr ? 1 : 0;
+        stopped[i] = 0;
+        all[i] = start_faulty("mortal-" + std::to_string(steady ? i : started++), fault, host);
       }
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
     return dead;
+  }
+  static bool is_stopped(const Process& process) {
+    const std::string stat = testing::read_file("/proc/" + std::to_string(process.pid()) + "/stat");
+    const auto name_end = stat.rfind(')');
+    return name_end != std::string::npos && stat.compare(name_end, 3, ") T") == 0;
+  }
+  // A worker that is at a slow task is killed or frozen until the master gives it up, so many times, always
+  // the same one; then one that is well does the rest.
+  void lose_the_same_worker(Process& server, int times, bool freeze) {
+    for (int i = 0; i < times; ++i) {
+      const auto worker = start_faulty("unlucky", "sleep:5");
+      wait_for_welcome(*worker);
+      std::this_thread::sleep_for(std::chrono::milliseconds(150));
+      if (freeze) worker->signal(SIGSTOP);
+      const auto lost = [&] { return events("worker_lost").size() > static_cast<std::size_t>(i); };
+      EXPECT_TRUE(!freeze || eventually(lost)) << server.log();
+      worker->finish(SIGKILL);
+      std::filesystem::remove(log("unlucky"));  // the next one's welcome is not this one's
+    }
+    const auto worker = start_worker("steady", 2);
+    EXPECT_EQ(server.finish(), 0) << server.log();
+    EXPECT_TRUE(poisons().empty()) << server.log();
+    EXPECT_EQ(sha256_hex(champion()), sha256_hex(undisturbed()));
   }
   void expect_one_poison(const Process& server) {
     const auto all = poisons();
@@ -85,6 +113,51 @@ TEST_F(Poison, TheSameGenomeIsPoisonWhoeverDies) {
   keep_alive(server, "abort:" + std::to_string(kVictim), 3);
   EXPECT_EQ(server.finish(), 0) << server.log();
   EXPECT_EQ(sha256_hex(champion()), sha256_hex(one));
+}
+
+TEST_F(Poison, OneWorkerKilledAgainAndAgainIsNotSeveral) {
+  Process server("evograsp-server", server_arguments(), log("server"));
+  lose_the_same_worker(server, 6, false);
+}
+
+TEST_F(Poison, OneWorkerFrozenAgainAndAgainIsNoStrike) {
+  Process server("evograsp-server",
+                 server_arguments({"net.silence_seconds=0.4", "net.heartbeat_seconds=0.1"}), log("server"));
+  lose_the_same_worker(server, 5, true);
+}
+
+// Three processes that die of everything on one machine, started again and again; one on another is well.
+TEST_F(Poison, OneBadMachineDoesNotChangeTheChampion) {
+  Process server("evograsp-server", server_arguments(), log("server"));
+  const auto good = start_faulty("good", "sleep:0.02", "good-machine");
+  wait_for_welcome(*good);
+  const int dead = keep_alive(server, "die", 3, false, "bad-machine");
+  EXPECT_EQ(server.finish(), 0) << server.log();
+  EXPECT_GE(dead, 4) << "the bad machine was hardly given anything";
+  EXPECT_TRUE(poisons().empty()) << server.log();
+  EXPECT_EQ(sha256_hex(champion()), sha256_hex(undisturbed()));
+}
+
+TEST_F(Poison, WithOneWorkerAloneTheRunStillEnds) {
+  Process server("evograsp-server", server_arguments(), log("server"));
+  const int dead = keep_alive(server, "abort:" + std::to_string(kVictim), 1, true);
+  EXPECT_EQ(server.finish(), 0) << server.log();
+  expect_one_poison(server);
+  EXPECT_GE(dead, 12);
+  EXPECT_LE(dead, 16);
+  EXPECT_NE(events("poison")[0].find("1 worker on 1 host"), std::string::npos) << events("poison")[0];
+}
+
+// No heartbeats either: only the service manager's watchdog brings the worker back.
+TEST_F(Poison, AGenomeThatFreezesWholeWorkersIsGivenUpAndTheRunEnds) {
+  Process server(
+      "evograsp-server",
+      server_arguments({"net.silence_seconds=0.4", "net.heartbeat_seconds=0.1", "dispatch.poison_strikes=1"}),
+      log("server"));
+  keep_alive(server, "freeze:" + std::to_string(kVictim), 1, true);
+  EXPECT_EQ(server.finish(), 0) << server.log();
+  expect_one_poison(server);
+  EXPECT_NE(events("poison")[0].find("in 4 tries"), std::string::npos) << events("poison")[0];
 }
 
 TEST_F(Poison, IsReplayedFromTheRunFolder) {

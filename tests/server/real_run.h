@@ -15,7 +15,7 @@ class RealRun : public ::testing::Test {
     std::vector<std::string> arguments = {"--config",  EVOGRASP_SOURCE_DIR "/configs/quick.txtpb",
                                           "--run-dir", run_dir().string(),
                                           "--listen",  endpoint_,
-                                          "--http",    ""};
+                                          "--http",    http_};
     std::vector<std::string> all = small_run(generations_);
     all.insert(all.end(), settings.begin(), settings.end());
     for (const std::string& value : all) {
@@ -26,7 +26,7 @@ class RealRun : public ::testing::Test {
     return arguments;
   }
   std::vector<std::string> resume_arguments() const {
-    return {"--resume", run_dir().string(), "--listen", endpoint_, "--http", ""};
+    return {"--resume", run_dir().string(), "--listen", endpoint_, "--http", http_};
   }
   std::filesystem::path run_dir() const { return dir_.path() / "run"; }
   std::filesystem::path log(const std::string& name) const { return dir_.path() / name; }
@@ -34,9 +34,13 @@ class RealRun : public ::testing::Test {
     return std::make_unique<Process>("evograsp-worker", worker_arguments(name, slots), log(name));
   }
   // See tests/worker/faulty_main.cpp.
-  std::unique_ptr<Process> start_faulty(const std::string& name, const std::string& fault) const {
+  // host: what it says its machine is; empty: this one.
+  std::unique_ptr<Process> start_faulty(const std::string& name, const std::string& fault,
+                                        const std::string& host = {}) const {
+    std::vector<std::string> environment = {"EVOGRASP_FAULT=" + fault};
+    if (!host.empty()) environment.push_back("EVOGRASP_HOST=" + host);
     return std::make_unique<Process>("evograsp-worker-faulty", worker_arguments(name, 1), log(name),
-                                     std::vector<std::string>{"EVOGRASP_FAULT=" + fault});
+                                     environment);
   }
   std::vector<std::string> worker_arguments(const std::string& name, int slots) const {
     return {"--connect",          relay_ ? relay_->endpoint() : endpoint_, "--identity", name, "--slots",
@@ -59,7 +63,13 @@ class RealRun : public ::testing::Test {
     EXPECT_TRUE(eventually([&] { return worker.log().find("welcome") != std::string::npos; }))
         << worker.log();
   }
-  std::string undisturbed() const { return champion_of(small_config(generations_), {2}); }
+  // What the run comes to when nothing goes wrong.
+  std::string undisturbed(const std::vector<std::string>& settings = {}) const {
+    std::vector<std::string> all = small_run(generations_);
+    all.insert(all.end(), settings.begin(), settings.end());
+    const auto loaded = load_config(EVOGRASP_SOURCE_DIR "/configs/quick.txtpb", all);
+    return loaded ? champion_of(loaded->config, {2}) : "";
+  }
 
   int generations_ = 40;
   TempDir dir_;
@@ -69,6 +79,7 @@ class RealRun : public ::testing::Test {
   std::unique_ptr<Relay> relay_ = std::getenv("EVOGRASP_LOSSY") == nullptr
                                       ? nullptr
                                       : std::make_unique<Relay>(endpoint_, Relay::Link{0.05, 1e9});
+  std::string http_;  // the server's HTTP address; empty: none
 };
 
 }  // namespace evograsp::testing

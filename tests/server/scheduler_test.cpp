@@ -275,7 +275,7 @@ TEST(Scheduler, OnlyTheNetworkThatKillsIsPoisoned) {
   EXPECT_TRUE(scheduler.finished());
   ASSERT_EQ(poisoned.size(), 1U);
   EXPECT_EQ(poisoned[0].network, kKiller);
-  EXPECT_EQ(poisoned[0].strikes, 3U);
+  EXPECT_EQ(poisoned[0].workers, 3U);
   EXPECT_EQ(evaluated, 39U);
 }
 

@@ -3,12 +3,16 @@
 //
 //   lie           every measurement is off in its last bit
 //   lie-after:N   the same, from the Nth task on
+//   die           every task ends the process
 //   abort:ID      a task with genome ID ends the process
 //   hang:ID       a task with genome ID never ends
 //   abort-after:N the same as abort and hang, whichever genomes the Nth task has
 //   hang-after:N
+//   freeze:ID     a task with genome ID stops the whole process, heartbeats and all
 //   slow:FACTOR   every task takes FACTOR times as long
 //   sleep:SECONDS every task takes so much longer
+#include <signal.h>
+
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -66,11 +70,12 @@ void misbehave(Evaluator* self, const proto::Task& task, const Networks& network
                proto::TaskResult& result) {
   static const Fault what = fault();
   const int number = ++tasks;
-  if (strikes(what, "abort", task, number)) {
+  if (what.kind == "die" || strikes(what, "abort", task, number)) {
     std::fprintf(stderr, "evograsp-worker-faulty aborts\n");
     std::abort();
   }
   while (strikes(what, "hang", task, number)) std::this_thread::sleep_for(std::chrono::seconds(1));
+  if (what.kind == "freeze" && concerns(task, what.number)) raise(SIGSTOP);
   const auto start = std::chrono::steady_clock::now();
   really_evaluate(self, task, networks, result);
   if (what.kind == "slow")
