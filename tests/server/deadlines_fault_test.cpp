@@ -104,6 +104,10 @@ TEST_F(Deadlines, AWorkerThatHoldsASuspectAndDoesNotStartItHoldsUpNothing) {
     started.mutable_started()->set_id(task->task().id());
     started.mutable_started()->set_attempt(task->task().attempt());
     dying.send(started);
+    proto::Envelope question = make_envelope(dying.stamp());
+    question.mutable_asset_request()->set_id("none");
+    dying.send(question);
+    ASSERT_TRUE(dying.next()) << "what was said before it dies has been heard";
   }
   ASSERT_TRUE(eventually([&] { return sink_.events("worker_lost") == 1; }));
   ASSERT_TRUE(silent.join("silent"));

@@ -166,20 +166,20 @@ TEST(SchedulerDeadlines, ASuspectThatIsHeldButNotStartedGoesElsewhere) {
 
 TEST(SchedulerDeadlines, AnAuditThatIsHeldButNotStartedIsNotWaitedForAgain) {
   Scheduler scheduler(one_second(true));
-  scheduler.join(1, 1, 10);
-  scheduler.join(2, 1, 20);
+  scheduler.join(1, 1, Party(10));
+  scheduler.join(2, 1, Party(20));
   begin(scheduler, 1, 1);
   const auto done = scheduler.next(1, 0);
   ASSERT_TRUE(done);
-  scheduler.audit(7, {0, 0, 1}, {10});
+  scheduler.audit(7, {0, 0, 1}, {Party(10)});
   give_back(scheduler, 1, *done, 0.1);
   const auto opinion = scheduler.next(2, 0.2);
   ASSERT_TRUE(opinion && opinion->audit == 7);
   EXPECT_EQ(scheduler.auditors(), 2);
   EXPECT_EQ(scheduler.idle(2.5), std::vector<WorkerId>{2});
   scheduler.leave(2, Departure::kLeft);
-  scheduler.join(3, 1, 20);  // the same party is back
-  EXPECT_FALSE(scheduler.can_audit({10}));
+  scheduler.join(3, 1, Party(20));  // the same party is back
+  EXPECT_FALSE(scheduler.can_audit({Party(10)}));
   EXPECT_EQ(scheduler.auditors(), 1);
   EXPECT_FALSE(scheduler.next(3, 3)) << "it would hold up the audit again";
   EXPECT_EQ(scheduler.skip_audits().audits, std::vector<std::uint32_t>{7});
@@ -188,7 +188,7 @@ TEST(SchedulerDeadlines, AnAuditThatIsHeldButNotStartedIsNotWaitedForAgain) {
   const auto ordinary = scheduler.next(3, 4);
   ASSERT_TRUE(ordinary) << "what can be copied it may still do";
   give_back(scheduler, 3, *ordinary, 4.1);
-  EXPECT_TRUE(scheduler.can_audit({10})) << "it works again";
+  EXPECT_TRUE(scheduler.can_audit({Party(10)})) << "it works again";
 }
 
 TEST(SchedulerDeadlines, ATimeInWhichTheMasterStoodStillMakesNobodyIdle) {
