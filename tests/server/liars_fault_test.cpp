@@ -73,7 +73,7 @@ class LiarsAtNoop : public ::testing::Test {
 TEST_F(LiarsAtNoop, TheShareThatIsAuditedIsDrawnFromAStreamOfItsOwn) {
   start(0.1);
   const auto a = worker("a", ""), b = worker("b", "");
-  give_noop_work(*dispatcher_, 400, 3, 0.0001);
+  give_noop_work(*dispatcher_, 400, 1, 0.0003);
   ASSERT_TRUE(eventually([&] { return sink_.finished_times() == 1; }));
   std::uint64_t drawn = 0;
   for (std::uint64_t genome = 0; genome < 400; ++genome)
