@@ -1,5 +1,4 @@
 // Disks that are full or read-only, files that are not ours, and readers beside the writer.
-#include <sys/mount.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 
@@ -11,6 +10,7 @@
 
 #include "server/store_schema.h"
 #include "server/store_sqlite.h"
+#include "tests/server/small_disk.h"
 #include "tests/server/store_fixture.h"
 
 namespace evograsp::server {
@@ -20,26 +20,10 @@ namespace fs = std::filesystem;
 
 // ---- disks that say no ----
 
-// A small file system in memory; absent where mounting is not allowed.
-class SmallDisk {
- public:
-  SmallDisk() {
-    mounted_ = ::mount("tmpfs", folder_.path().c_str(), "tmpfs", 0, "size=600k") == 0;
-    if (!mounted_) std::printf("mounting is not allowed here: nothing tried on a small disk\n");
-  }
-  ~SmallDisk() {
-    if (mounted_) ::umount2(folder_.path().c_str(), MNT_DETACH);
-  }
-  bool mounted() const { return mounted_; }
-  bool remount(unsigned long flags, const char* options) {
-    return ::mount("tmpfs", folder_.path().c_str(), "tmpfs", MS_REMOUNT | flags, options) == 0;
-  }
-  const fs::path& path() const { return folder_.path(); }
+using testing::SmallDisk;
 
- private:
-  RunFolder folder_;
-  bool mounted_ = false;
-};
+// Before there are threads: user namespaces are for processes of one thread.
+const bool kMayMount = testing::own_mounts();
 
 // Commits until the disk is full; how many generations were promised.
 std::uint32_t fill(Store& store, Status& last) {
@@ -53,8 +37,9 @@ std::uint32_t fill(Store& store, Status& last) {
 }
 
 TEST(StoreFault, AFullDiskStopsTheRunWithOneErrorAndLosesNothing) {
-  SmallDisk disk;
-  if (!disk.mounted()) return;
+  RunFolder folder;
+  SmallDisk disk(folder.path(), "600k");
+  ASSERT_TRUE(disk.mounted() && kMayMount) << "CANNOT RUN HERE: needs the right to mount";
   std::uint32_t committed = 0;
   {
     const auto store = Store::create(disk.path(), new_run());
@@ -65,7 +50,7 @@ TEST(StoreFault, AFullDiskStopsTheRunWithOneErrorAndLosesNothing) {
     EXPECT_EQ(failed.error().code, ErrorCode::kIo);
     EXPECT_NE(failed.error().message.find("disk is full"), std::string::npos) << failed.error().message;
     // The error stays: nothing is written behind the caller's back once there is room again.
-    ASSERT_TRUE(disk.remount(0, "size=16m"));
+    ASSERT_TRUE(disk.grow("16m"));
     EXPECT_FALSE(commit(**store, commit_of(committed)));
     (*store)->journal(evaluation_of(committed, 1));
     EXPECT_FALSE((*store)->flush());
@@ -106,13 +91,14 @@ TEST(StoreFault, AFileSizeLimitStopsTheRunWithOneError) {
 }
 
 TEST(StoreFault, AReadOnlyDiskCanBeReadAndIsRefusedForWriting) {
-  SmallDisk disk;
-  if (!disk.mounted()) return;
+  RunFolder folder;
+  SmallDisk disk(folder.path(), "600k");
+  ASSERT_TRUE(disk.mounted() && kMayMount) << "CANNOT RUN HERE: needs the right to mount";
   {
     const auto store = *Store::create(disk.path(), new_run());
     ASSERT_TRUE(commit(*store, commit_of(0)));
   }
-  ASSERT_TRUE(disk.remount(MS_RDONLY, "size=600k"));
+  ASSERT_TRUE(disk.make_read_only());
   const auto resumed = Store::resume(disk.path());
   ASSERT_FALSE(resumed);
   EXPECT_EQ(resumed.error().code, ErrorCode::kIo) << resumed.error().message;

@@ -120,9 +120,9 @@ inline Status commit(Store& store, GenerationCommit change) {
 }
 
 // Whether everything that a resumed run leans on is exactly what was written.
-inline testing::AssertionResult right(const ResumePoint& point) {
+inline ::testing::AssertionResult right(const ResumePoint& point) {
   const auto wrong = [](const std::string& what) {
-    return testing::AssertionFailure() << what << " is not what was written";
+    return ::testing::AssertionFailure() << what << " is not what was written";
   };
   if (point.population != population_of(point.generation))
     return wrong("population " + std::to_string(point.generation));
@@ -142,7 +142,7 @@ inline testing::AssertionResult right(const ResumePoint& point) {
   for (const BestRecord& b : point.bests)
     if (b.genotype != commit_of(b.generation).best.genotype || b.genome != 1000 + b.generation)
       return wrong("best");
-  return testing::AssertionSuccess();
+  return ::testing::AssertionSuccess();
 }
 
 inline std::string message(const Status& status) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "server/store_schema.h"
+#include "tests/server/older_run.h"
 #include "tests/server/store_fixture.h"
 
 namespace evograsp::server {
@@ -146,20 +147,13 @@ TEST(OptionalJournal, ADamagedRowCostsTheWorkNotTheRun) {
   EXPECT_EQ(resumed->point.warnings.size(), 1U);
 }
 
-// A file as version 2 left it.
-void make_second_version(const RunFolder& folder) {
-  auto database = *Database::open(folder.file(), Database::Mode::kReadWrite);
-  ASSERT_TRUE(database->exec(
-      "DROP TABLE elites; DROP TABLE races; DROP TABLE optional_evaluations; PRAGMA user_version = 2"));
-}
-
 TEST(OlderRuns, OfVersionTwoAreReadAsTheyAre) {
   RunFolder folder;
   {
     const auto store = *Store::create(folder.path(), new_run());
     ASSERT_TRUE(commit(*store, commit_of(0)));
   }
-  make_second_version(folder);
+  ASSERT_EQ(make_second_version(folder.path()), "");
   const auto reader = StoreReader::open(folder.path());
   ASSERT_TRUE(reader) << message(reader);
   EXPECT_EQ((*reader)->generations(0, 10)->size(), 1U);
@@ -176,7 +170,7 @@ TEST(OlderRuns, OfVersionTwoAreTakenUpAndBecomeOfVersionThree) {
     store->journal(evaluation_of(1, 7));
     ASSERT_TRUE(store->flush());
   }
-  make_second_version(folder);
+  ASSERT_EQ(make_second_version(folder.path()), "");
   {
     const auto resumed = Store::resume(folder.path());
     ASSERT_TRUE(resumed) << message(resumed);
