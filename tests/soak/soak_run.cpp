@@ -71,13 +71,16 @@ void SoakRun::make_keys() {
 }
 
 std::vector<std::string> SoakRun::settings() const {
-  std::vector<std::string> all = {
-      "run.generations=" + std::to_string(kGenerations), "neat.population=" + std::to_string(kPopulation),
-      "trials.scenes=3", "champion.candidates=4", "champion.validation_trials=6", "scene.object=cube_6cm",
-      "store.journal_seconds=0.01", "store.journal_trials=true", "dispatch.audit_share=1",
-      "dispatch.task_deadline=3",
-      // Three workers killed by hand with the same suspect would make it poison: see docs/PROTOCOL.md.
-      "dispatch.poison_strikes=1000"};
+  std::vector<std::string> all = {"run.generations=" + std::to_string(kGenerations),
+                                  "neat.population=" + std::to_string(kPopulation),
+                                  "trials.scenes=3",
+                                  "champion.candidates=4",
+                                  "champion.validation_trials=6",
+                                  "scene.object=cube_6cm",
+                                  "store.journal_seconds=0.01",
+                                  "store.journal_trials=true",
+                                  "dispatch.audit_share=1",
+                                  "dispatch.task_deadline=3"};
   if (conditions_.keys) {
     all.push_back("net.curve_secret_key_file=" + (folder_ / "master.key").string());
     all.push_back("net.curve_allow_file=" + (folder_ / "allowed").string());
