@@ -1,6 +1,6 @@
 // Disks that are full, read-only or flip a byte, and files of an earlier version, under the real server: one
 // clear error, then the same champion once the cause is gone.
-#include <fstream>
+#include <sstream>
 
 #include "server/store_sqlite.h"
 #include "tests/server/older_run.h"
@@ -50,24 +50,20 @@ class RealDisk : public testing::RealRun {
     return server.log();
   }
   fs::path file() const { return run_dir() / server::kStoreFile; }
-  // Into run.db itself goes what is in its log, so that a flip hits what counts.
-  std::string stored(const std::string& query) {
+  // One bit in the middle of a column of one row, whose seal stays as it was: what a disk does.
+  void flip(const std::string& table, const std::string& column, const std::string& row) {
     auto database = *Database::open(file(), Database::Mode::kReadWrite);
-    EXPECT_TRUE(database->exec("PRAGMA wal_checkpoint(TRUNCATE)"));
-    auto statement = *database->prepare(query);
-    EXPECT_TRUE(*statement.step()) << query;
-    return statement.blob();
-  }
-  // One byte, in the middle of these.
-  void flip(const std::string& blob) {
-    ASSERT_GT(blob.size(), 24U);
-    const std::string all = testing::read_file(file());
-    const std::string part = blob.substr(blob.size() / 2, 12);
-    const std::size_t at = all.find(part);
-    ASSERT_NE(at, std::string::npos);
-    std::fstream f(file(), std::ios::in | std::ios::out | std::ios::binary);
-    f.seekp(static_cast<std::streamoff>(at));
-    f.put(static_cast<char>(all[at] ^ 0x10));
+    std::string blob;
+    {
+      auto read = *database->prepare("SELECT " + column + " FROM " + table + " WHERE " + row);
+      ASSERT_TRUE(*read.step()) << row;
+      blob = read.blob();
+    }
+    ASSERT_FALSE(blob.empty());
+    blob[blob.size() / 2] = static_cast<char>(blob[blob.size() / 2] ^ 0x10);
+    auto write = *database->prepare("UPDATE " + table + " SET " + column + " = ? WHERE " + row);
+    write.bind_blob(blob);
+    ASSERT_TRUE(write.run());
   }
   std::unique_ptr<Process> worker_;
 };
@@ -102,31 +98,33 @@ TEST_F(RealDisk, AReadOnlyOneIsOneErrorAndTheRunGoesOnWhenItCanBeWritten) {
 
 TEST_F(RealDisk, AFlippedByteOfThePopulationCostsAGenerationAndNotTheChampion) {
   kill_on_the_way();
-  flip(stored("SELECT state FROM populations ORDER BY generation DESC LIMIT 1"));
+  flip("populations", "state", "generation = (SELECT max(generation) FROM populations)");
   EXPECT_NE(expect_same_champion().find("falling back to the one before"), std::string::npos);
 }
 
 TEST_F(RealDisk, AFlippedByteOfAJournalledEvaluationIsDoneAgain) {
-  const std::string now = " FROM evaluations WHERE generation = (SELECT max(generation) FROM populations)";
+  const std::string now = "generation = (SELECT max(generation) FROM populations)";
   {
     Process server("evograsp-server", server_arguments(), log("first"));
     expect_generations(server);
     worker_ = start_faulty("slow", "sleep:0.1");  // somewhere in a generation for long enough
     ASSERT_TRUE(eventually([&] {
       const auto database = Database::open(file(), Database::Mode::kReadOnly);
-      const std::int64_t done = database ? (*database)->integer("SELECT count(*)" + now).value_or(0) : 0;
+      const std::int64_t done =
+          database ? (*database)->integer("SELECT count(*) FROM evaluations WHERE " + now).value_or(0) : 0;
       return done > 0 && done < 24;
     })) << server.log();
     server.finish(SIGKILL);
   }
-  flip(stored("SELECT measurements" + now + " LIMIT 1"));
+  flip("evaluations", "measurements",
+       now + " AND genome = (SELECT min(genome) FROM evaluations WHERE " + now + ")");
   worker_ = start_worker("another", 2);
   EXPECT_NE(expect_same_champion().find("are done again"), std::string::npos);
 }
 
 TEST_F(RealDisk, AFlippedByteOfTheConfigIsRefusedInOneLine) {
   kill_on_the_way();
-  flip(stored("SELECT config FROM run"));
+  flip("run", "config", "id = 1");
   Process server("evograsp-server", resume_arguments(), log("second"));
   expect_one_line(server, 3, "run.db");
 }
