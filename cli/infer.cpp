@@ -1,4 +1,5 @@
 // `evograsp infer`: what a champion answers to a recorded depth image.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -8,9 +9,11 @@
 #include "cli/champion_assets.h"
 #include "cli/cli.h"
 #include "cli/inputs.h"
+#include "cli/json_input.h"
 #include "cli/json_values.h"
 #include "cli/report.h"
 #include "cli/scene_flags.h"
+#include "common/near_miss.h"
 #include "common/network.h"
 #include "sim/decode.h"
 #include "sim/depth_image.h"
@@ -26,6 +29,7 @@ struct Options {
   std::string depth;
   std::string camera;
   std::string click;
+  std::string hand;
   BoxFlags box;
   bool keep_distance = false;
   bool centre_on_click = false;
@@ -44,6 +48,38 @@ Status read_number(const nlohmann::json& json, const char* key, const std::strin
   return {};
 }
 
+// Keys that mean nothing here may be notes of whoever recorded; but what looks like one of ours misspelt, or
+// stands where a unit is missing, would give a pose at another scale.
+Status check_keys(const nlohmann::json& json, const std::string& file) {
+  static const std::vector<std::string> kKeys = {"fx",    "fy",     "cx",     "cy", "units_per_metre",
+                                                 "width", "height", "invalid"};
+  std::vector<std::string> unknown;
+  for (const auto& [key, value] : json.items()) {
+    if (std::ranges::find(kKeys, key) != kKeys.end()) continue;
+    if (const std::string meant = did_you_mean(key, kKeys); !meant.empty())
+      return fail(ErrorCode::kInvalid, file + ": unknown key '" + key + "'" + meant);
+    unknown.push_back(key);
+  }
+  if (unknown.empty()) return {};
+  if (!json.contains("units_per_metre"))
+    return fail(ErrorCode::kInvalid,
+                file + ": unknown keys: " + join_words(unknown) +
+                    "; with such keys units_per_metre must be given (1000: millimetres)");
+  warn(file + ": keys without a meaning here: " + join_words(unknown));
+  return {};
+}
+
+// An optical axis far outside the image, or a view of almost nothing or almost everything, is a mistake.
+Status check_optics(const sim::ImageCamera& camera, const sim::GreyImage& image, const std::string& file) {
+  const auto sound = [](double f, double c, int pixels) {
+    return f >= 0.05 * pixels && f <= 100.0 * pixels && c >= -2.0 * pixels && c <= 3.0 * pixels;
+  };
+  if (sound(camera.fx, camera.cx, image.width) && sound(camera.fy, camera.cy, image.height)) return {};
+  return fail(ErrorCode::kInvalid, file + ": fx, fy, cx and cy are no camera's that records " +
+                                       std::to_string(image.width) + " x " + std::to_string(image.height) +
+                                       " pixels");
+}
+
 // A camera file: JSON with fx, fy, cx, cy (required) and units_per_metre, invalid, width, height. Without
 // one: a registered Kinect frame in millimetres.
 Result<sim::ImageCamera> read_camera(const std::string& file, const sim::GreyImage& image) {
@@ -54,9 +90,10 @@ Result<sim::ImageCamera> read_camera(const std::string& file, const sim::GreyIma
   }
   const auto text = read_file(file);
   if (!text) return tl::unexpected(text.error());
-  const nlohmann::json json = nlohmann::json::parse(*text, nullptr, false);
+  const nlohmann::json json = parse_json(*text, Duplicates::kRefuse);
   if (!json.is_object())
-    return fail(ErrorCode::kInvalid, file + ": is not a JSON object with fx, fy, cx and cy");
+    return fail(ErrorCode::kInvalid, file + ": is not a JSON object with fx, fy, cx and cy, once each");
+  if (Status s = check_keys(json, file); !s) return tl::unexpected(s.error());
   double width = image.width, height = image.height, invalid = 0;
   for (const char* key : {"fx", "fy", "cx", "cy"})
     if (!json.contains(key)) return fail(ErrorCode::kInvalid, file + ": " + key + " is missing");
@@ -76,6 +113,7 @@ Result<sim::ImageCamera> read_camera(const std::string& file, const sim::GreyIma
   if (!(invalid >= 0 && invalid <= 65535))
     return fail(ErrorCode::kInvalid, file + ": invalid must be 0 to 65535");
   camera.invalid = static_cast<std::uint16_t>(invalid);
+  if (Status s = check_optics(camera, image, file); !s) return tl::unexpected(s.error());
   return camera;
 }
 
@@ -93,16 +131,41 @@ Status parse_click(const std::string& text, int* u, int* v) {
   return {};
 }
 
+// A pose that no robot shall be sent to is refused; one that training never met is told.
+Status check_pose(const Answer& answer, const proto::Config& config, const Options& options) {
+  constexpr double kNowhere = 1000;  // m
+  const Vec3 &tool = answer.tool_camera.position, &click = answer.info.point;
+  if (!is_finite(answer.tool_camera) || !(tool.cwiseAbs().maxCoeff() < kNowhere))
+    return fail(ErrorCode::kInvalid, options.champion + ": the network's answer is no place a hand could go");
+  if (!(tool.z() > 0))
+    return fail(ErrorCode::kInvalid,
+                options.depth + ": the answer lies behind the camera; are the depths in other units?");
+  const double low = config.camera().near(), high = config.camera().far();
+  char text[160];
+  std::snprintf(text, sizeof text,
+                "the clicked surface is %.3g m away; in training the camera saw %.3g to %.3g m", click.z(),
+                low, high);
+  if (click.z() < low || click.z() > high) warn(options.depth + ": " + text);
+  const double reach = config.grasp().wrist_reach();
+  if ((tool - click).norm() > reach)
+    warn(options.champion + ": the answer is farther from the click than a wrist reached in training");
+  return {};
+}
+
+Result<proto::HandBundle> hand_of(const Options& options, const proto::Champion& champion) {
+  if (!options.hand.empty()) return load_hand(options.hand);
+  auto trained = trained_bundles(options.champion, champion, {true, false, "--hand"});
+  if (!trained) return tl::unexpected(trained.error());
+  if (trained->hand) return std::move(*trained->hand);
+  return load_hand(champion.experiment().grasp().hand());
+}
+
 Result<Answer> ask(const Options& options) {
   const auto champion = read_champion(options.champion);
   if (!champion) return tl::unexpected(champion.error());
   const proto::Config& config = champion->experiment();
-  std::optional<proto::HandBundle> hand = trained_bundles(options.champion, *champion).hand;
-  if (!hand) {
-    auto loaded = assets::load_hand(config.grasp().hand(), {});
-    if (!loaded) return tl::unexpected(loaded.error());
-    hand = std::move(loaded->bundle);
-  }
+  const auto hand = hand_of(options, *champion);
+  if (!hand) return tl::unexpected(hand.error());
   const auto training = sim::Camera::create(config.camera());
   if (!training) return tl::unexpected(training.error());
 
@@ -134,13 +197,12 @@ Result<Answer> ask(const Options& options) {
   const Pose tool = sim::decode_pose(config.grasp(), sim::home_rotation(config.grasp(), *hand), out,
                                      answer.info, answer.bounding_box || config.camera().object_frame(),
                                      sim::pose_frame(config.camera(), answer.info.features));
-  if (!is_finite(tool))
-    return fail(ErrorCode::kInvalid, options.champion + ": the network's answer is not a number");
   answer.tool_camera = training->pose().inverse() * tool;
   answer.tool_to_palm.position = -from_proto(hand->tool_point());
   // Positions of the answer leave the training world for the camera that recorded.
   answer.info.point = training->pose().inverse() * answer.info.point;
   answer.info.anchor = training->pose().inverse() * answer.info.anchor;
+  if (Status s = check_pose(answer, config, options); !s) return tl::unexpected(s.error());
   return answer;
 }
 
@@ -207,6 +269,7 @@ void add_infer(CLI::App& app, Outcome& outcome) {
                   "millimetres)")
       ->type_name("FILE");
   sub->add_option("--click", options->click, "the clicked pixel: column, row")->required()->type_name("U,V");
+  sub->add_option("--hand", options->hand, "name or hand file [the one it was trained with]");
   add_box_flags(*sub, options->box);
   sub->add_flag("--keep-distance", options->keep_distance,
                 "take depths as they are, instead of as if the object stood at the training distance");

@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstring>
 
+#include "cli/report.h"
 #include "common/message_check.h"
 #include "common/network.h"
 #include "neat/genome.h"
@@ -62,6 +63,13 @@ Result<proto::Champion> read_champion(const fs::path& path) {
   if (Status ok = check_message(champion.experiment(), file.string()); !ok) return tl::unexpected(ok.error());
   write_defaults(*champion.mutable_experiment());
   return champion;
+}
+
+Result<proto::HandBundle> load_hand(const std::string& name_or_path) {
+  auto loaded = assets::load_hand(name_or_path, {});
+  if (!loaded) return tl::unexpected(loaded.error());
+  for (const std::string& warning : loaded->warnings) warn(warning);
+  return std::move(loaded->bundle);
 }
 
 Status write_file(const fs::path& path, std::string_view data) {

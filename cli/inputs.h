@@ -19,6 +19,9 @@ KnownNames known_names();
 // checked.
 Result<proto::Champion> read_champion(const std::filesystem::path& path);
 
+// A hand that a flag names: built-in, or a file. Warnings are told.
+Result<proto::HandBundle> load_hand(const std::string& name_or_path);
+
 // Writes by way of a temporary file beside it: a reader sees the old file or the new one, whole.
 Status write_file(const std::filesystem::path& path, std::string_view data);
 

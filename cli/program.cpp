@@ -152,7 +152,9 @@ int run(int argc, const char* const* argv) {
     Outcome outcome;
     const auto app = make_app(outcome);
     const int code = parse_and_run(*app, std::move(arguments), outcome);
-    if (std::fflush(stdout) != 0) return report({ErrorCode::kIo, "standard output: writing failed"});
+    // A buffer that could not be written is forgotten: only the stream's mark is left of it.
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+      return report({ErrorCode::kIo, "standard output: writing failed"});
     return code;
   } catch (const std::bad_alloc&) {
     return report(Error{ErrorCode::kIo, "out of memory"});

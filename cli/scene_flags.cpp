@@ -101,10 +101,13 @@ Status apply(const SceneFlags& flags, Source& source) {
 // A champion's own objects and hand come from its run, unless flags name others.
 Result<assets::ResolvedExperiment> resolve(const SceneFlags& flags, const Source& source) {
   if (!source.champion) return assets::resolve_experiment(source.config, source.base);
-  assets::Bundles trained = trained_bundles(flags.champion, *source.champion);
-  if (!flags.objects.empty() || flags.scale > 0 || flags.mass > 0) trained.objects.clear();
-  if (!flags.hand.empty()) trained.hand.reset();
-  return resolve_trained(source.config, trained, "--object (a hand by --hand)");
+  const NamedAssets named{!flags.objects.empty() || flags.scale > 0 || flags.mass > 0, !flags.hand.empty(),
+                          "--object (a hand by --hand)"};
+  auto trained = trained_bundles(flags.champion, *source.champion, named);
+  if (!trained) return tl::unexpected(trained.error());
+  if (named.objects) trained->objects.clear();
+  if (named.hand) trained->hand.reset();
+  return resolve_trained(source.config, *trained, named.flags);
 }
 
 // What simulates: here, or on a master's worker, which has an experiment of its own.
@@ -128,7 +131,11 @@ Result<std::unique_ptr<SimSession>> session_of(const SceneFlags& flags, Source& 
   }
   auto session = remote_session(flags.connect, keys);
   if (!session) return session;
-  *source.config.mutable_trials() = (*session)->experiment().experiment.trials();
+  const proto::Experiment& there = (*session)->experiment().experiment;
+  if (source.champion && source.champion->fingerprint() != there.fingerprint())
+    warn(flags.champion + ": was not trained with the experiment of " + flags.connect +
+         "; hand, camera or objects differ");
+  *source.config.mutable_trials() = there.trials();
   return session;
 }
 

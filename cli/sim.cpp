@@ -7,6 +7,7 @@
 #include "cli/replay.h"
 #include "cli/report.h"
 #include "cli/scene_flags.h"
+#include "cli/table.h"
 #include "score/score.h"
 #include "worker/evaluator.h"
 
@@ -85,7 +86,8 @@ void print_scene(const Options& options, const Trial& trial) {
   std::printf("scene of seed %llu\n", static_cast<unsigned long long>(options.scene.seed));
   for (std::size_t i = 0; i < objects.size(); ++i) {
     if (!trial.placements.present[i]) continue;
-    const std::string label = objects[i].name() + (static_cast<int>(i) == trial.target ? " (target)" : "");
+    const std::string label =
+        printable(objects[i].name()) + (static_cast<int>(i) == trial.target ? " (target)" : "");
     print_vector(label.c_str(), trial.placements.pose[i].position);
   }
   if (trial.info) {
@@ -96,7 +98,7 @@ void print_scene(const Options& options, const Trial& trial) {
 
 void print_grasp(const sim::GraspReport& report, const score::Terms& terms, const proto::HandBundle& hand) {
   const sim::Measurement& m = report.measurement;
-  std::printf("grasp by %s: %s, %s\n", hand.name().c_str(), outcome_name(m.outcome),
+  std::printf("grasp by %s: %s, %s\n", printable(hand.name()).c_str(), outcome_name(m.outcome),
               m.quality > 0 ? "force closure" : "no force closure");
   std::printf("  %-22s %9.4f\n  %-22s %9d\n  %-22s %9d\n", "quality (epsilon)", m.quality, "contacts",
               m.contacts, "links obstructed", m.obstructions);
@@ -110,8 +112,8 @@ void print_grasp(const sim::GraspReport& report, const score::Terms& terms, cons
   if (report.contacts.empty()) return;
   std::printf("contacts\n");
   for (const sim::Contact& c : report.contacts)
-    std::printf("  %-22s %9.4f %9.4f %9.4f m   mu %.2f\n", hand.link(c.link).name().c_str(), c.point.x(),
-                c.point.y(), c.point.z(), c.mu);
+    std::printf("  %-22s %9.4f %9.4f %9.4f m   mu %.2f\n", printable(hand.link(c.link).name()).c_str(),
+                c.point.x(), c.point.y(), c.point.z(), c.mu);
 }
 
 int run(const Options& options) {

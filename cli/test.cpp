@@ -11,6 +11,7 @@
 #include "cli/inputs.h"
 #include "cli/judge.h"
 #include "cli/report.h"
+#include "cli/table.h"
 #include "common/config.h"
 
 namespace evograsp::cli {
@@ -19,6 +20,7 @@ namespace {
 struct Options {
   std::string champion;
   std::vector<std::string> objects;
+  std::string hand;
   int placements = 100;
   std::uint64_t seed = 1;
   bool box = false, no_box = false;  // neither: as it was trained
@@ -43,9 +45,17 @@ Result<std::vector<Row>> judge_all(const proto::Champion& champion, const Option
   how.lift = options.lift;
   how.threads = options.threads;
   std::vector<std::string> objects = options.objects;
-  assets::Bundles trained = trained_bundles(options.champion, champion);
   // Another scale or mass asks for the files again.
-  if (!objects.empty() || options.scale > 0 || options.mass > 0) trained.objects.clear();
+  const NamedAssets named{!objects.empty() || options.scale > 0 || options.mass > 0, !options.hand.empty()};
+  auto known = trained_bundles(options.champion, champion, named);
+  if (!known) return tl::unexpected(known.error());
+  assets::Bundles trained = std::move(*known);
+  if (named.objects) trained.objects.clear();
+  if (named.hand) {
+    auto hand = load_hand(options.hand);
+    if (!hand) return tl::unexpected(hand.error());
+    trained.hand = std::move(*hand);
+  }
   if (objects.empty())
     objects.assign(champion.experiment().scene().object().begin(),
                    champion.experiment().scene().object().end());
@@ -86,7 +96,7 @@ void print(const std::vector<Row>& rows, const Options& options, bool box) {
     std::printf("  %d\n", j.n);
   };
   for (const Row& row : rows) {
-    put(row.object, row.judgement);
+    put(printable(row.object), row.judgement);
     all.n += row.judgement.n;
     all.successes += row.judgement.successes;
     all.lifts += row.judgement.lifts;
@@ -144,6 +154,7 @@ void add_test(CLI::App& app, Outcome& outcome) {
                   "built-in names, object files or meshes, with commas [those it was trained on]")
       ->type_name("LIST")
       ->delimiter(',');
+  sub->add_option("--hand", options->hand, "name or hand file [the one it was trained with]");
   sub->add_option("--placements", options->placements, "random placements an object")
       ->check(CLI::Range(1, 1000000))
       ->capture_default_str();

@@ -39,9 +39,10 @@ Status write_champion(const std::filesystem::path& run_dir, const proto::Champio
   const int problem = errno;
   close(fd);
   errno = problem;
-  if (!written) return io_error(beside);
-  if (rename(beside.c_str(), file.c_str()) != 0) return io_error(file);
-  return {};
+  if (written && rename(beside.c_str(), file.c_str()) == 0) return {};
+  const Status status = io_error(written ? file : beside);
+  unlink(beside.c_str());
+  return status;
 }
 
 }  // namespace evograsp::server

@@ -200,6 +200,9 @@ Result<std::unique_ptr<Database>> Database::open(const std::filesystem::path& fi
   if (mode != Mode::kCreate && !std::filesystem::exists(file, ignored))
     return fail(ErrorCode::kNotFound,
                 file.string() + ": no such file; a run folder holds one made by a server");
+  // Opening a pipe waits for who writes it.
+  if (std::filesystem::exists(file, ignored) && !std::filesystem::is_regular_file(file, ignored))
+    return fail(ErrorCode::kInvalid, file.string() + ": is no file");
   const auto attempt = [&](const std::string& name, int flags) -> Result<std::unique_ptr<Database>> {
     std::unique_ptr<Database> database(new Database);
     database->file_ = file;

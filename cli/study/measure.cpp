@@ -160,7 +160,9 @@ Result<std::vector<CurvePoint>> Measuring::curve() {
 Result<Measured> Measuring::all() {
   auto network = Network::from_proto(run_.champion->network());
   if (!network) return tl::unexpected(network.error());
-  trained_ = trained_bundles(run_.path, *run_.champion);
+  auto bundles = trained_bundles(run_.path, *run_.champion, {});
+  if (!bundles) return tl::unexpected(bundles.error());
+  trained_ = std::move(*bundles);
   Measured measured;
   if (options_.study.has_test()) {
     const auto& own = run_.champion->experiment().scene().object();
