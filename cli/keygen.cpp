@@ -1,5 +1,6 @@
 // `evograsp keygen`: key pairs for connections beyond the own machine.
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -9,6 +10,7 @@
 #include "cli/cli.h"
 #include "cli/output.h"
 #include "cli/report.h"
+#include "cli/table.h"
 #include "common/zap.h"
 
 namespace evograsp::cli {
@@ -20,32 +22,78 @@ struct KeygenOptions {
   bool json = false;
 };
 
-// One more line of an allow-list.
-Status allow(const std::string& list, const CurveKeys& keys, const std::string& comment) {
-  const std::string line = keys.public_key + " " + comment + "\n";
-  const int fd = open(list.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
-  const bool written = fd >= 0 && write(fd, line.data(), line.size()) == static_cast<ssize_t>(line.size());
-  const int problem = errno;
-  if (fd >= 0) close(fd);
-  if (written) return {};
-  return fail(ErrorCode::kIo, list + ": cannot be written: " + std::strerror(problem));
-}
+// An allow-list, opened before there is a key that would have to be taken back.
+class AllowList {
+ public:
+  explicit AllowList(std::string file) : file_(std::move(file)) {
+    if (!file_.empty()) fd_ = open(file_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
+    struct stat info {};
+    if (fd_ >= 0 && fstat(fd_, &info) == 0 && !S_ISREG(info.st_mode)) {
+      close(fd_);
+      fd_ = -1;
+      errno = EINVAL;
+    }
+    problem_ = errno;
+  }
+  ~AllowList() {
+    if (fd_ >= 0) close(fd_);
+  }
+  AllowList(const AllowList&) = delete;
+  AllowList& operator=(const AllowList&) = delete;
+
+  Status usable() const {
+    if (file_.empty() || fd_ >= 0) return {};
+    return fail(ErrorCode::kIo, file_ + ": cannot be written: " + std::strerror(problem_));
+  }
+
+  // One more line, which begins where a line begins. All of it or nothing.
+  Status add(const CurveKeys& keys, const std::string& comment) const {
+    if (file_.empty()) return {};
+    const off_t end = lseek(fd_, 0, SEEK_END);
+    char last = '\n';
+    bool written = end == 0 || pread(fd_, &last, 1, end - 1) == 1;
+    std::string line = last == '\n' ? "" : "\n";
+    line += keys.public_key + " " + printable(comment) + "\n";
+    written = written && write(fd_, line.data(), line.size()) == static_cast<ssize_t>(line.size()) &&
+              fsync(fd_) == 0;
+    if (written) return {};
+    const int problem = errno;
+    const bool back = end >= 0 && ftruncate(fd_, end) == 0;
+    return fail(ErrorCode::kIo, file_ + ": cannot be written: " + std::strerror(problem) +
+                                    (back ? "" : "; look at its last line"));
+  }
+
+ private:
+  const std::string file_;
+  int fd_ = -1;
+  int problem_ = 0;
+};
 
 // With --force the old pair stays until the new one is on the disk.
+// What stands in the list is what the file has: a pair that cannot be allowed is not kept.
 Result<CurveKeys> make(const KeygenOptions& options, const std::string& server_key) {
-  std::error_code error;
-  if (!std::filesystem::exists(options.file, error)) return generate_keys(options.file, server_key);
-  if (!options.force)
+  std::error_code error, ignored;
+  const AllowList list(options.allow);
+  if (Status ok = list.usable(); !ok) return tl::unexpected(ok.error());
+  const bool there = std::filesystem::exists(std::filesystem::symlink_status(options.file, error));
+  if (there && !options.force)
     return fail(ErrorCode::kInvalid, options.file +
                                          ": is there already; --force replaces it, and whoever knows "
                                          "the old public key has to be told the new one");
-  const std::string fresh = options.file + ".new";
-  std::filesystem::remove(fresh, error);
+  if (there && std::filesystem::is_directory(options.file, error))
+    return fail(ErrorCode::kInvalid, options.file + ": is a folder");
+  const std::string fresh = there ? options.file + ".new" : options.file;
+  if (there) std::filesystem::remove(fresh, error);
   auto keys = generate_keys(fresh, server_key);
   if (!keys) return keys;
-  std::filesystem::rename(fresh, options.file, error);
-  if (error) return fail(ErrorCode::kIo, options.file + ": cannot be replaced: " + error.message());
-  return keys;
+  if (Status status = list.add(*keys, options.file); !status) {
+    std::filesystem::remove(fresh, ignored);
+    return tl::unexpected(status.error());
+  }
+  if (there) std::filesystem::rename(fresh, options.file, error);
+  if (!there || !error) return keys;
+  std::filesystem::remove(fresh, ignored);
+  return fail(ErrorCode::kIo, options.file + ": cannot be replaced: " + error.message());
 }
 
 int keygen(const KeygenOptions& options) {
@@ -57,9 +105,6 @@ int keygen(const KeygenOptions& options) {
   }
   const auto keys = make(options, server_key);
   if (!keys) return report(keys.error());
-  if (!options.allow.empty())
-    if (const Status status = allow(options.allow, *keys, options.file); !status)
-      return report(status.error());
   if (options.json) {
     print_json(nlohmann::json{{"file", options.file}, {"public_key", keys->public_key}});
   } else {

@@ -150,7 +150,12 @@ class Submission {
 
   // Nodes are shared with others: only who can read this folder joins the run.
   Status make_keys() const {
-    if (fs::exists(key("worker.key"))) return {};
+    const auto kept = load_keys(key("worker.key"));
+    const auto allowed = load_allow_list(key("workers.allow"));
+    if (load_keys(key("server.key")) && kept && allowed && allowed->contains(kept->public_key)) return {};
+    // What an attempt before this one has left of them, cut short.
+    std::error_code ignored;
+    for (const char* name : {"server.key", "worker.key", "workers.allow"}) fs::remove(key(name), ignored);
     const auto server = generate_keys(key("server.key"), "");
     if (!server) return tl::unexpected(server.error());
     const auto worker = generate_keys(key("worker.key"), server->public_key);

@@ -122,9 +122,11 @@ Result<CurveKeys> generate_keys(const std::filesystem::path& file, const std::st
   if (fd < 0) return fail(ErrorCode::kIo, file.string() + ": cannot be made: " + std::strerror(errno));
   const bool written =
       write(fd, text.data(), text.size()) == static_cast<ssize_t>(text.size()) && fsync(fd) == 0;
+  const int problem = errno;
   close(fd);
-  if (!written) return fail(ErrorCode::kIo, file.string() + ": cannot be written: " + std::strerror(errno));
-  return keys;
+  if (written) return keys;
+  unlink(file.c_str());  // half a key would stand in the way of the next attempt
+  return fail(ErrorCode::kIo, file.string() + ": cannot be written: " + std::strerror(problem));
 }
 
 namespace {

@@ -25,6 +25,26 @@ expect 4 "$evograsp" keygen other.key --server nothing-there.key
 expect 5 "$evograsp" keygen nowhere/x.key
 expect 2 "$evograsp" keygen
 
+# A list that ends in the middle of a line, as editors leave it, gets the new key on a line of its own.
+printf '%s old' "$(sed -n 's/^public-key = //p' worker.key)" >cut.pub
+expect 0 "$evograsp" keygen next.key --allow cut.pub
+[ "$(awk '{ print $1 }' cut.pub | grep -cxF "$(cat out)")" -eq 1 ] || fail "the new key begins no line: $(cat cut.pub)"
+# What cannot be allowed, written or replaced leaves no key behind.
+mkdir folder.key list.pub
+expect 5 "$evograsp" keygen lost.key --allow list.pub
+[ -e lost.key ] && fail "a key that nobody allows was left"
+expect 5 "$evograsp" keygen lost.key --allow /dev/full
+[ -e lost.key ] && fail "a key that nobody allows was left"
+expect 3 "$evograsp" keygen folder.key --force
+[ -e folder.key.new ] && fail "a secret was left beside the folder"
+(
+  ulimit -f 0
+  trap '' XFSZ
+  "$evograsp" keygen full.key >/dev/null 2>&1
+) && fail "a key was made where nothing can be written"
+[ -e full.key ] && fail "an empty key file stands in the way: $(ls -l full.key)"
+expect 0 "$evograsp" keygen full.key
+
 # A master and a worker with these keys find each other; a step client with the worker's, too.
 "$server" --config quick --run-dir run --listen 'tcp://127.0.0.1:*' --http '' --set neat.population=10 \
   --set run.generations=100000 --set net.curve_secret_key_file=master.key --set net.curve_allow_file=workers.pub \
