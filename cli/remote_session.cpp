@@ -1,15 +1,24 @@
 // The three commands on a slot of a running master's workers.
+#include <algorithm>
+#include <string>
 #include <utility>
 
 #include "cli/sim_session.h"
+#include "common/message_check.h"
 #include "common/step_client.h"
 
 namespace evograsp::cli {
 namespace {
 
-Result<assets::ResolvedExperiment> fetch(StepClient& client) {
+constexpr int kMostObjects = 256;
+
+// What a master says is a stranger's word, as everything that follows.
+Result<assets::ResolvedExperiment> fetch(StepClient& client, const std::string& endpoint) {
   assets::ResolvedExperiment what;
   what.experiment = client.experiment();
+  if (Status ok = check_message(what.experiment, endpoint); !ok) return tl::unexpected(ok.error());
+  if (what.experiment.object_id_size() > kMostObjects)
+    return fail(ErrorCode::kInvalid, endpoint + ": has more objects than can be");
   for (const std::string& id : what.experiment.object_id()) {
     const auto packed = client.asset(id);
     if (!packed) return tl::unexpected(packed.error());
@@ -41,7 +50,13 @@ sim::Measurement measurement_of(const proto::Measurement& m) {
   return out;
 }
 
-sim::GraspReport report_of(const proto::GraspReport& grasp) {
+Result<sim::GraspReport> report_of(const proto::GraspReport& grasp, const proto::HandBundle& hand) {
+  if (grasp.joint_size() != hand.joint_size())
+    return fail(ErrorCode::kInvalid, "the slot told " + std::to_string(grasp.joint_size()) +
+                                         " joints of a hand that has " + std::to_string(hand.joint_size()));
+  const auto links = static_cast<std::uint32_t>(hand.link_size());
+  if (!std::ranges::all_of(grasp.contact(), [&](const auto& c) { return c.link() < links; }))
+    return fail(ErrorCode::kInvalid, "the slot told a contact of a link that the hand does not have");
   sim::GraspReport out;
   out.measurement = measurement_of(grasp.measurement());
   for (const proto::Contact& c : grasp.contact())
@@ -73,7 +88,12 @@ class RemoteSession : public SimSession {
       out.pose.push_back(from_proto(object.pose()));
       out.resting.push_back(static_cast<std::uint8_t>(object.resting()));
       out.present.push_back(object.present() ? 1 : 0);
+      out.scale.push_back(object.scale());
     }
+    const auto sound = [](double scale) { return scale > 0 && scale < 1e3; };
+    if (!std::ranges::all_of(out.pose, [](const Pose& pose) { return is_finite(pose); }) ||
+        !std::ranges::all_of(out.scale, sound))
+      return fail(ErrorCode::kInvalid, "the slot placed an object nowhere");
     return out;
   }
 
@@ -108,7 +128,7 @@ class RemoteSession : public SimSession {
     request.mutable_get_quality()->set_details(true);
     const auto reply = client_.ask(std::move(request));
     if (!reply) return tl::unexpected(reply.error());
-    return report_of(reply->grasp());
+    return report_of(reply->grasp(), experiment_.hand);
   }
 
  private:
@@ -122,7 +142,7 @@ Result<std::unique_ptr<SimSession>> remote_session(const std::string& endpoint,
                                                    const std::optional<CurveKeys>& keys) {
   auto client = StepClient::connect(endpoint, keys);
   if (!client) return tl::unexpected(client.error());
-  auto experiment = fetch(*client);
+  auto experiment = fetch(*client, endpoint);
   if (!experiment) return tl::unexpected(experiment.error());
   return std::make_unique<RemoteSession>(std::move(*client), std::move(*experiment));
 }

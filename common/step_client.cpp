@@ -2,7 +2,6 @@
 
 #include <unistd.h>
 
-#include <chrono>
 #include <utility>
 
 #include "common/version.h"
@@ -24,7 +23,7 @@ Result<StepClient> StepClient::connect(const std::string& endpoint, const std::o
   hello.mutable_hello()->set_pid(static_cast<std::uint32_t>(getpid()));
   hello.mutable_hello()->set_stepwise(true);
   send(client.socket_, {}, hello);
-  auto welcome = client.next(seconds);
+  auto welcome = client.next(after(seconds));
   if (!welcome) return tl::unexpected(welcome.error());
   const proto::Envelope& envelope = welcome->envelope;
   if (!envelope.has_welcome())
@@ -39,8 +38,9 @@ Result<proto::StepReply> StepClient::ask(proto::StepRequest request, double seco
   proto::Envelope envelope = make_envelope(stamp_);
   *envelope.mutable_step_request() = std::move(request);
   send(socket_, {}, envelope);
+  const auto end = after(seconds);  // whatever else comes meanwhile
   for (;;) {
-    auto answer = next(seconds);
+    auto answer = next(end);
     if (!answer) return tl::unexpected(answer.error());
     const proto::StepReply& reply = answer->envelope.step_reply();
     if (!answer->envelope.has_step_reply() || reply.id() != last_id_) continue;
@@ -53,8 +53,9 @@ Result<std::string> StepClient::asset(const std::string& id, double seconds) {
   proto::Envelope envelope = make_envelope(stamp_);
   envelope.mutable_asset_request()->set_id(id);
   send(socket_, {}, envelope);
+  const auto end = after(seconds);
   for (;;) {
-    auto answer = next(seconds);
+    auto answer = next(end);
     if (!answer) return tl::unexpected(answer.error());
     const proto::AssetReply& reply = answer->envelope.asset_reply();
     if (!answer->envelope.has_asset_reply() || reply.id() != id) continue;
@@ -64,9 +65,12 @@ Result<std::string> StepClient::asset(const std::string& id, double seconds) {
   }
 }
 
-Result<StepClient::Answer> StepClient::next(double seconds) {
-  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
-  while (std::chrono::steady_clock::now() < end) {
+StepClient::Clock::time_point StepClient::after(double seconds) {
+  return Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+}
+
+Result<StepClient::Answer> StepClient::next(Clock::time_point end) {
+  while (Clock::now() < end) {
     zmq::pollitem_t item{socket_.handle(), 0, ZMQ_POLLIN, 0};
     zmq::poll(&item, 1, std::chrono::milliseconds(20));
     google::protobuf::Arena arena;

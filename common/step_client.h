@@ -2,6 +2,7 @@
 // in.
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <optional>
 #include <string>
@@ -39,7 +40,9 @@ class StepClient {
     proto::Envelope envelope;
     std::vector<zmq::message_t> attachments;
   };
-  Result<Answer> next(double seconds);
+  using Clock = std::chrono::steady_clock;
+  static Clock::time_point after(double seconds);
+  Result<Answer> next(Clock::time_point end);
 
   std::unique_ptr<zmq::context_t> context_;
   zmq::socket_t socket_;
