@@ -2,6 +2,8 @@
 
 #include <limits>
 
+#include "cli/table.h"
+
 namespace evograsp::cli {
 
 void add_queries(CLI::App& app, Outcome& outcome) {
@@ -13,20 +15,34 @@ void add_queries(CLI::App& app, Outcome& outcome) {
   add_steering(app, outcome);
 }
 
-double number_in(const nlohmann::json& document, const char* key) {
+const nlohmann::json& part_in(const nlohmann::json& document, const char* key) {
+  static const nlohmann::json kNone;
   const auto found = document.find(key);
-  return found != document.end() && found->is_number() ? found->get<double>()
-                                                       : std::numeric_limits<double>::quiet_NaN();
+  return found != document.end() ? *found : kNone;
+}
+
+double number_in(const nlohmann::json& document, const char* key) {
+  const nlohmann::json& part = part_in(document, key);
+  return part.is_number() ? part.get<double>() : std::numeric_limits<double>::quiet_NaN();
 }
 
 std::string text_in(const nlohmann::json& document, const char* key) {
-  const auto found = document.find(key);
-  return found != document.end() && found->is_string() ? found->get<std::string>() : "";
+  const nlohmann::json& part = part_in(document, key);
+  return part.is_string() ? printable(part.get_ref<const std::string&>()) : "";
 }
 
 std::uint64_t count_in(const nlohmann::json& document, const char* key) {
-  const auto found = document.find(key);
-  return found != document.end() && found->is_number_unsigned() ? found->get<std::uint64_t>() : 0;
+  const nlohmann::json& part = part_in(document, key);
+  return part.is_number_unsigned() ? part.get<std::uint64_t>() : 0;
+}
+
+bool flag_in(const nlohmann::json& document, const char* key) {
+  return part_in(document, key) == true;
+}
+
+nlohmann::json rows_in(const nlohmann::json& document, const char* key) {
+  const nlohmann::json& part = part_in(document, key);
+  return part.is_array() ? part : nlohmann::json::array();
 }
 
 }  // namespace evograsp::cli

@@ -28,9 +28,13 @@ void answer_with_source(CLI::App& command, std::shared_ptr<Options> options, Out
   });
 }
 
-// A number of a document, or NaN where there is none.
+// Members of a document that a stranger may have written, which need not even be an object. A member that is
+// not there, or of another type, is null, NaN, "", 0, false and an empty array.
+const nlohmann::json& part_in(const nlohmann::json& document, const char* key);
 double number_in(const nlohmann::json& document, const char* key);
-std::string text_in(const nlohmann::json& document, const char* key);
+std::string text_in(const nlohmann::json& document, const char* key);  // printable()
 std::uint64_t count_in(const nlohmann::json& document, const char* key);
+bool flag_in(const nlohmann::json& document, const char* key);
+nlohmann::json rows_in(const nlohmann::json& document, const char* key);
 
 }  // namespace evograsp::cli

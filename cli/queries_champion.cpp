@@ -97,8 +97,8 @@ int champion(Source& source, const ChampionOptions& options) {
   const auto given = fetch(source, options.cell);
   if (!given) return report(given.error());
   proto::Champion message;
-  if (!message.ParseFromString(given->bytes))
-    return report(Error{ErrorCode::kInvalid, source.name() + ": its champion does not parse"});
+  if (!message.ParseFromString(given->bytes) || !message.has_network())
+    return report(Error{ErrorCode::kInvalid, source.name() + ": what it gave is no champion"});
   if (options.out.empty() && options.format.empty()) {
     if (options.source.json) return print_json(summary(message, *given)), kExitOk;
     return print(summary_text(message, *given, options.cell)), kExitOk;

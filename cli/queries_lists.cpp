@@ -30,6 +30,7 @@ std::string rate_text(const json& worker) {
 }
 
 std::string clock_time(double unix_seconds) {
+  if (!(std::abs(unix_seconds) < 1e12)) return "-";
   const auto whole = static_cast<std::time_t>(unix_seconds);
   std::tm parts{};
   char text[32];
@@ -52,7 +53,7 @@ int workers(Source& source, const ListOptions& options) {
                {"trials", Align::kRight},
                {"trials/s", Align::kRight},
                {"heard", Align::kRight}});
-  for (const json& w : (*document)["workers"])
+  for (const json& w : rows_in(*document, "workers"))
     table.add({text_in(w, "identity"), text_in(w, "host"), text_in(w, "build"), text_in(w, "state"),
                count_text(w, "slots"), count_text(w, "busy"), count_text(w, "tasks"), count_text(w, "trials"),
                rate_text(w), duration(number_in(w, "silent_seconds")) + " ago"});
@@ -79,7 +80,7 @@ int generations(Source& source, const ListOptions& options) {
                {"links", Align::kRight},
                {"trials", Align::kRight},
                {"seconds", Align::kRight}});
-  for (const json& g : (*document)["generations"])
+  for (const json& g : rows_in(*document, "generations"))
     table.add({count_text(g, "generation"), fixed(number_in(g, "best")), fixed(number_in(g, "mean")),
                fixed(number_in(g, "deviation")), count_text(g, "species"),
                fixed(number_in(g, "threshold"), 2), fixed(number_in(g, "links"), 1), count_text(g, "trials"),
@@ -99,7 +100,7 @@ int species(Source& source, const ListOptions& options) {
                {"improved", Align::kRight},
                {"best", Align::kRight},
                {"mean", Align::kRight}});
-  for (const json& s : (*document)["species"])
+  for (const json& s : rows_in(*document, "species"))
     table.add({std::to_string(count_in(s, "id")), count_text(s, "size"), count_text(s, "age"),
                count_text(s, "last_improved"), fixed(number_in(s, "best")), fixed(number_in(s, "mean"))});
   print("generation " + std::to_string(count_in(*document, "generation")) + "\n" + table.text());
@@ -111,7 +112,7 @@ int events(Source& source, const ListOptions& options) {
   if (!document) return report(document.error());
   if (options.source.json) return print_json(*document), kExitOk;
   Table table({{"time"}, {"severity"}, {"kind"}, {"what"}});
-  for (const json& e : (*document)["events"])
+  for (const json& e : rows_in(*document, "events"))
     table.add(
         {clock_time(number_in(e, "time")), text_in(e, "severity"), text_in(e, "kind"), text_in(e, "text")});
   if (table.empty()) return say("nothing has happened yet"), kExitOk;
@@ -130,9 +131,8 @@ std::string csv_text(const json& generations) {
   for (const json& g : generations) {
     for (const char* column : kCsvColumns) {
       if (column != kCsvColumns[0]) out += ",";
-      const auto found = g.find(column);
-      if (found != g.end() && !found->is_null())
-        out += found->dump();  // shortest text that reads back to the same
+      const json& value = part_in(g, column);
+      if (value.is_number()) out += value.dump();  // shortest text that reads back to the same
     }
     out += "\n";
   }
@@ -142,7 +142,7 @@ std::string csv_text(const json& generations) {
 int history(Source& source, const ListOptions& options) {
   const auto document = source.all_generations(0);
   if (!document) return report(document.error());
-  const json& all = (*document)["generations"];
+  const json all = rows_in(*document, "generations");
   if (options.source.json) return print_json(*document), kExitOk;
   if (options.csv) return print(csv_text(all)), kExitOk;
   FitnessPlot plot;

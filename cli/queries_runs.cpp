@@ -68,7 +68,7 @@ int runs(const RunsOptions& options) {
     table.add(
         {text_in(run, "folder"), text_in(run, "name"), text_in(run, "state"),
          std::to_string(count_in(run, "committed")) + "/" + std::to_string(count_in(run, "generations")),
-         fixed(number_in(run["fitness"], "best_ever")), with_commas(count_in(run, "trials")),
+         fixed(number_in(part_in(run, "fitness"), "best_ever")), with_commas(count_in(run, "trials")),
          duration(number_in(run, "seconds"))});
   }
   if (table.empty())

@@ -1,7 +1,11 @@
 // A server as a source of answers, over its HTTP API.
 #include <httplib.h>
 
-#include "cli/queries_source.h"
+#include <atomic>
+
+#include "cli/json_input.h"
+#include "cli/queries.h"
+#include "cli/request_guard.h"
 #include "server/api.h"
 
 namespace evograsp::cli {
@@ -10,7 +14,9 @@ namespace {
 using nlohmann::json;
 
 constexpr int kSecondsToConnect = 5;
-constexpr int kSecondsToAnswer = 15;  // a checkpoint waits for the disk
+constexpr int kSecondsToAnswer = 15;               // a checkpoint waits for the disk
+constexpr std::chrono::seconds kSecondsInAll{30};  // of one answer, however it drips
+constexpr std::size_t kLargestAnswer = 64 << 20;   // bytes, unpacked
 
 const char* in_words(httplib::Error error) {
   switch (error) {
@@ -29,6 +35,7 @@ class ServerSource final : public Source {
   ServerSource(std::string url, std::string token) : url_(std::move(url)), client_(url_) {
     client_.set_connection_timeout(kSecondsToConnect);
     client_.set_read_timeout(kSecondsToAnswer);
+    client_.set_socket_options([this](socket_t socket) { socket_ = socket; });
     if (!token.empty()) client_.set_bearer_token_auth(token);
   }
   bool valid() const { return client_.is_valid(); }
@@ -46,7 +53,7 @@ class ServerSource final : public Source {
   }
 
   Result<Champion> champion() override {
-    const auto answer = checked(client_.Get("/api/v1/champion?format=pb"));
+    const auto answer = ask("GET", "/api/v1/champion?format=pb");
     if (!answer) return tl::unexpected(answer.error());
     return Champion{answer->body, answer->get_header_value("X-Evograsp-Champion") == "chosen"};
   }
@@ -54,56 +61,78 @@ class ServerSource final : public Source {
   Result<json> archive() override { return document("/api/v1/archive"); }
   Result<Champion> elite(std::uint32_t x, std::uint32_t y) override {
     const auto answer =
-        checked(client_.Get("/api/v1/archive/champion?x=" + std::to_string(x) + "&y=" + std::to_string(y)));
+        ask("GET", "/api/v1/archive/champion?x=" + std::to_string(x) + "&y=" + std::to_string(y));
     if (!answer) return tl::unexpected(answer.error());
     return Champion{answer->body, false};
   }
 
   Status steer(const std::string& verb) override {
-    const auto answer = checked(client_.Post("/api/v1/" + verb));
+    const auto answer = ask("POST", "/api/v1/" + verb);
     if (!answer) return tl::unexpected(answer.error());
     return {};
   }
 
   Result<json> log_level(const std::optional<std::string>& wanted) override {
     if (!wanted) return document("/api/v1/log-level");
-    return parsed(client_.Put("/api/v1/log-level", json{{"level", *wanted}}.dump(), "application/json"));
+    return parsed(ask("PUT", "/api/v1/log-level", json{{"level", *wanted}}));
   }
 
   Result<std::uint32_t> drain(const std::string& node, bool drained) override {
-    const auto answer = checked(client_.Post(drained ? "/api/v1/workers/drain" : "/api/v1/workers/undrain",
-                                             json{{"node", node}}.dump(), "application/json"));
+    const auto answer = parsed(
+        ask("POST", drained ? "/api/v1/workers/drain" : "/api/v1/workers/undrain", json{{"node", node}}));
     if (!answer) return tl::unexpected(answer.error());
-    const json document = json::parse(answer->body, nullptr, false);
-    if (!document.is_object() || !document.contains("workers") || !document["workers"].is_number_unsigned())
-      return not_ours();
-    return document["workers"].get<std::uint32_t>();
+    if (!part_in(*answer, "workers").is_number_unsigned()) return not_ours();
+    return static_cast<std::uint32_t>(count_in(*answer, "workers"));
   }
 
   std::string name() const override { return url_; }
 
  private:
-  Result<json> document(const std::string& path) { return parsed(client_.Get(path)); }
+  Result<json> document(const std::string& path) { return parsed(ask("GET", path)); }
 
-  Result<json> parsed(httplib::Result given) {
-    const auto answer = checked(std::move(given));
+  // A status below 300, or an error in our own terms.
+  Result<httplib::Response> ask(const char* method, const std::string& path, const json& body = nullptr) {
+    std::string received;
+    httplib::Request request;
+    request.method = method;
+    request.path = path;
+    if (!body.is_null()) {
+      request.body = body.dump(-1, ' ', false, json::error_handler_t::replace);
+      request.set_header("Content-Type", "application/json");
+    }
+    request.content_receiver = [&received](const char* data, std::size_t size, std::uint64_t, std::uint64_t) {
+      if (size > kLargestAnswer - received.size()) return false;
+      received.append(data, size);
+      return true;
+    };
+    const RequestGuard guard([this] { client_.stop(); }, socket_, kSecondsInAll, kLargestAnswer);
+    httplib::Result answer = client_.send(request);
+    if (guard.stopped() || answer.error() == httplib::Error::Canceled)
+      return fail(ErrorCode::kUnavailable,
+                  url_ + ": its answer has no end: more than " + std::to_string(kLargestAnswer >> 20) +
+                      " MiB, or longer than " + std::to_string(kSecondsInAll.count()) + " s");
+    if (answer) answer->body = std::move(received);
+    return checked(std::move(answer));
+  }
+
+  Result<json> parsed(const Result<httplib::Response>& answer) const {
     if (!answer) return tl::unexpected(answer.error());
-    json document = json::parse(answer->body, nullptr, false);
+    json document = parse_json(answer->body);
     if (!document.is_object()) return not_ours();
     return document;
   }
 
   // What an answer comes to in our own terms.
-  Result<httplib::Response> checked(httplib::Result answer) {
+  Result<httplib::Response> checked(httplib::Result answer) const {
     if (!answer)
       return fail(ErrorCode::kUnavailable,
                   url_ + ": no server answers (" + in_words(answer.error()) +
                       "); start one with evograsp-server, name another with --server URL, or look into a run "
                       "folder with --run DIR");
     if (answer->status < 300) return *answer;
-    const json body = json::parse(answer->body, nullptr, false);
-    if (!body.is_object() || !body.contains("error") || !body["error"].is_object()) return not_ours();
-    const std::string message = body["error"].value("message", "");
+    const json body = parse_json(answer->body);
+    if (!part_in(part_in(body, "error"), "message").is_string()) return not_ours();
+    const std::string message = text_in(part_in(body, "error"), "message");
     switch (answer->status) {
       case 401:
         return fail(ErrorCode::kUsage,
@@ -125,6 +154,7 @@ class ServerSource final : public Source {
 
   const std::string url_;
   httplib::Client client_;
+  std::atomic<int> socket_{-1};  // of the client's last connection
 };
 
 }  // namespace

@@ -2,9 +2,15 @@
 
 #include <cstdlib>
 
+#include "cli/queries.h"
+
 namespace evograsp::cli {
 
 using nlohmann::json;
+
+namespace {
+constexpr std::uint64_t kMostGenerations = 10'000'000;
+}  // namespace
 
 Result<std::unique_ptr<Source>> open_server(const std::string& url);
 Result<std::unique_ptr<Source>> open_folder(const std::string& folder);
@@ -33,10 +39,15 @@ Result<json> Source::all_generations(std::uint32_t from) {
   for (;;) {
     auto page = generations(from, kPage);
     if (!page) return page;
-    for (json& one : (*page)["generations"]) all.push_back(std::move(one));
-    if (!(*page)["next"].is_number_unsigned())
-      return json{{"generations", std::move(all)}, {"next", nullptr}};
-    from = (*page)["next"];
+    json rows = rows_in(*page, "generations");
+    const std::uint64_t next = count_in(*page, "next");
+    const bool more = part_in(*page, "next").is_number_unsigned();
+    for (json& one : rows) all.push_back(std::move(one));
+    if (!more) return json{{"generations", std::move(all)}, {"next", nullptr}};
+    // A page that leads nowhere would be asked for without end.
+    if (next <= from || next > kMostGenerations || rows.empty() || rows.size() > kPage)
+      return fail(ErrorCode::kUnavailable, name() + ": its pages of generations do not go on");
+    from = static_cast<std::uint32_t>(next);
   }
 }
 

@@ -46,7 +46,7 @@ Result<View> look_once(Source& source) {
       static_cast<std::uint32_t>(committed > kSparkGenerations ? committed - kSparkGenerations : 0);
   auto generations = source.generations(from, kPage);
   if (!generations) return tl::unexpected(generations.error());
-  view.generations = std::move((*generations)["generations"]);
+  view.generations = rows_in(*generations, "generations");
   return view;
 }
 
@@ -62,10 +62,10 @@ Status look_again(Source& source, View& view) {
   for (json& one : (*fresh)["generations"]) view.generations.push_back(std::move(one));
   auto workers = source.workers();
   if (!workers) return tl::unexpected(workers.error());
-  view.workers = std::move((*workers)["workers"]);
+  view.workers = rows_in(*workers, "workers");
   auto events = source.events(0, kWatchedEvents);
   if (!events) return tl::unexpected(events.error());
-  view.events = std::move((*events)["events"]);
+  view.events = rows_in(*events, "events");
   return {};
 }
 
@@ -83,7 +83,7 @@ void put(std::string& out, const char* label, const std::string& text) {
 std::string trials_line(const json& run) {
   std::string text = with_commas(count_in(run, "trials")) + " in " + duration(number_in(run, "seconds"));
   const double rate = number_in(run, "trials_per_second");
-  if (rate > 0) text += ", " + with_commas(static_cast<std::uint64_t>(rate)) + " a second";
+  if (rate > 0 && rate < 1e15) text += ", " + with_commas(static_cast<std::uint64_t>(rate)) + " a second";
   const double left = number_in(run, "seconds_left");
   if (std::isfinite(left) && !over(run)) text += ", " + duration(left) + " left";
   return text;
@@ -97,8 +97,9 @@ std::string hint_text(const json& workers) {
 
 std::string status_text(const View& view) {
   const json& run = view.run;
-  const json &fitness = run["fitness"], &workers = run["workers"], &species = run["species"];
-  std::string out = printable(text_in(run, "name")) + ": " + text_in(run, "state") + ", " +
+  const json &fitness = part_in(run, "fitness"), &workers = part_in(run, "workers"),
+             &species = part_in(run, "species");
+  std::string out = text_in(run, "name") + ": " + text_in(run, "state") + ", " +
                     std::to_string(count_in(run, "committed")) + " of " +
                     std::to_string(count_in(run, "generations")) + " generations (" + text_in(run, "phase") +
                     ")\n";
@@ -113,7 +114,7 @@ std::string status_text(const View& view) {
         std::to_string(count_in(species, "count")) + " at threshold " +
             fixed(number_in(species, "threshold"), 2));
   put(out, "trials", trials_line(run));
-  const json& evaluations = run["evaluations"];
+  const json& evaluations = part_in(run, "evaluations");
   if (!over(run) && count_in(evaluations, "total") > 0)
     put(out, "now",
         std::to_string(count_in(evaluations, "done")) + " of " +
@@ -124,13 +125,13 @@ std::string status_text(const View& view) {
         std::to_string(count_in(workers, "active")) + " with " + std::to_string(count_in(workers, "slots")) +
             (count_in(workers, "slots") == 1 ? " slot, " : " slots, ") +
             std::to_string(count_in(workers, "busy")) + " busy" + hint_text(workers));
-  const json& champion = run["champion"];
+  const json& champion = part_in(run, "champion");
   put(out, "champion",
-      champion.value("chosen", false)      ? "chosen on fresh placements"
-      : champion.value("available", false) ? "not chosen yet; the best so far can be had"
-                                           : "none yet");
-  put(out, "folder", printable(text_in(run, "folder")));
-  if (!text_in(run, "error").empty()) put(out, "error", printable(text_in(run, "error")));
+      flag_in(champion, "chosen")      ? "chosen on fresh placements"
+      : flag_in(champion, "available") ? "not chosen yet; the best so far can be had"
+                                       : "none yet");
+  put(out, "folder", text_in(run, "folder"));
+  if (!text_in(run, "error").empty()) put(out, "error", text_in(run, "error"));
   if (text_in(run, "state") == "interrupted")
     put(out, "next", "its server is gone; go on with: evograsp train --resume " + text_in(run, "folder"));
   return out;
@@ -169,7 +170,7 @@ std::string screen(const View& view, TerminalSize size) {
   std::string rest;
   if (!workers.empty()) rest += "\n" + workers.text();
   if (!view.events.empty()) rest += "\n";
-  for (const json& e : view.events) rest += printable(text_in(e, "kind") + ": " + text_in(e, "text")) + "\n";
+  for (const json& e : view.events) rest += text_in(e, "kind") + ": " + text_in(e, "text") + "\n";
   constexpr int kAroundPlot = 4, kLeastRows = 5,
                 kMostRows = 13;  // title, axis and its numbers, the last line
   const auto others = static_cast<int>(std::ranges::count(top + rest, '\n')) + kAroundPlot;
@@ -187,12 +188,12 @@ void redraw(const std::string& text) {
 }
 
 std::string plain_line(const json& run) {
-  const json& fitness = run["fitness"];
+  const json& fitness = part_in(run, "fitness");
   return text_in(run, "state") + "  generation " + std::to_string(count_in(run, "committed")) + "/" +
          std::to_string(count_in(run, "generations")) + "  best " + fixed(number_in(fitness, "best"), 3) +
          "  mean " + fixed(number_in(fitness, "mean"), 3) + "  species " +
-         std::to_string(count_in(run["species"], "count")) + "  " + with_commas(count_in(run, "trials")) +
-         " trials\n";
+         std::to_string(count_in(part_in(run, "species"), "count")) + "  " +
+         with_commas(count_in(run, "trials")) + " trials\n";
 }
 
 class Watcher {
@@ -215,14 +216,14 @@ class Watcher {
   }
 
   void silence(const Error& error) {
-    if (!silent_) say("evograsp: " + error.message + "; trying again");
+    if (!silent_) warn(error.message + "; trying again");
     silent_ = true;
   }
 
  private:
   bool changed(const json& run) const {
-    return last_.is_null() || last_["state"] != run["state"] || last_["committed"] != run["committed"] ||
-           last_["phase"] != run["phase"];
+    const auto differs = [&](const char* key) { return part_in(last_, key) != part_in(run, key); };
+    return last_.is_null() || differs("state") || differs("committed") || differs("phase");
   }
   const bool json_, terminal_;
   json last_;
@@ -239,7 +240,7 @@ int watch(Source& source, const WatchOptions& options) {
     if (!looked && !(ever && looked.error().code == ErrorCode::kUnavailable)) return report(looked.error());
     if (looked) {
       watcher.show(view);
-      if (over(view.run)) return kExitOk;
+      if (over(view.run) || std::ferror(stdout) != 0) return kExitOk;
       ever = true;
     } else {
       watcher.silence(looked.error());

@@ -13,6 +13,9 @@ namespace evograsp::cli {
 namespace {
 
 constexpr int kMaxLine = 1024;
+// Little of a file may be a day's reading once it is unpacked. Sets of numbers pack about 3 to 1.
+constexpr z_off_t kMuch = 16 << 20;  // bytes; less is never refused
+constexpr z_off_t kMostPacked = 100;
 
 std::vector<std::string_view> words_of(std::string_view line) {
   std::vector<std::string_view> words;
@@ -42,6 +45,7 @@ struct WrenchReader::File {
   std::string name;
   gzFile file = nullptr;
   int line = 0;
+  z_off_t unpacked = 0;  // bytes so far
 
   ~File() {
     if (file != nullptr) gzclose(file);
@@ -57,6 +61,10 @@ struct WrenchReader::File {
     while (gzgets(file, text, sizeof text) != nullptr) {
       ++line;
       const std::size_t length = std::strlen(text);
+      unpacked += static_cast<z_off_t>(length);
+      if (unpacked > kMuch && unpacked / kMostPacked > gzoffset(file))
+        return wrong("packed more than " + std::to_string(kMostPacked) + " to 1: no file of wrenches is",
+                     line);
       if (length > kMaxLine) return wrong("a line of more than " + std::to_string(kMaxLine) + " bytes", line);
       std::string_view all(text, length);
       if (all.ends_with('\n')) all.remove_suffix(1);

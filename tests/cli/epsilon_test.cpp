@@ -125,6 +125,17 @@ TEST_F(EpsilonCommandTest, ATruncatedGzipFileIsAnErrorNotAShortAnswer) {
   EXPECT_NE(said.error.find("sets.txt.gz"), std::string::npos) << said.error;
 }
 
+// Half a gigabyte of nothing in half a megabyte would be read for a minute.
+TEST_F(EpsilonCommandTest, AFileOfBlankLinesPackedSmallIsRefused) {
+  const Said said = call({write(std::string(40u << 20, '\n'), true)});
+  EXPECT_EQ(said.code, 3) << said.error;
+  EXPECT_NE(said.error.find("packed more than"), std::string::npos) << said.error;
+  // The same set over and over packs well, too: as much of it as fits a page of a report is no attack.
+  std::string sets;
+  for (int i = 0; i < 200; ++i) sets += cross("a");
+  EXPECT_EQ(call({write(sets, true)}).code, 0);
+}
+
 // Grasps measured in another simulator, each with its exact epsilon.
 TEST(OracleTest, EveryMeasuredGraspHasItsEpsilon) {
   const fs::path root = testing::data_folder();

@@ -166,6 +166,7 @@ TEST_F(Queries, AChosenChampionIsGivenOutByteForByte) {
   proto::Champion champion;
   champion.set_generation(12);
   champion.set_validation_trials(40);
+  champion.mutable_network();
   store_->keep_champion(champion, {});
   ASSERT_TRUE(store_->flush());
   EXPECT_EQ(evograsp({"champion", "--run", dir(), "--format", "pb"}).out, deterministic_bytes(champion));
