@@ -10,6 +10,7 @@
 
 #include "assets/assets.h"
 #include "cli/sim_session.h"
+#include "common/config.h"
 #include "common/pose.h"
 #include "common/step_client.h"
 #include "common/wire.h"
@@ -57,7 +58,9 @@ class Master {
         peer_ = in.peer;
         answer(*in.envelope);
       } else if (noise_ && asked_) {
-        send(socket_, peer_, make_envelope(stamp_));
+        proto::Envelope other = make_envelope(stamp_);
+        other.mutable_asset_reply()->set_id("another");
+        send(socket_, peer_, other);
       }
     }
   }

@@ -159,7 +159,7 @@ TEST(HostileServer, AChampionThatIsNoneReplacesNoFile) {
   const std::string file =
       (std::filesystem::temp_directory_path() / ("evograsp_kept_" + std::to_string(::getpid()))).string();
   std::ofstream(file) << "the old one";
-  for (const std::string& body : {std::string(), std::string("\x12\x00", 2), std::string("garbage")}) {
+  for (const std::string& body : {std::string(), std::string("\x08\x01"), std::string("garbage")}) {
     const Evil server(document(body));
     EXPECT_EQ(evograsp({"champion", "--server", server.url(), "--out", file}).code, 3) << body;
     std::stringstream kept;
