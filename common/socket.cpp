@@ -1,11 +1,11 @@
 #include "common/socket.h"
 
+#include <arpa/inet.h>
 #include <sys/eventfd.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
-#include <cstring>
 
 namespace evograsp {
 
@@ -130,33 +130,16 @@ Result<zmq::socket_t> make_dealer(zmq::context_t& context, const std::string& en
   }
 }
 
-DisconnectMonitor::DisconnectMonitor(zmq::context_t& context, zmq::socket_t& watched)
-    : watched_(watched), events_(context, zmq::socket_type::pair) {
-  // Never a name twice: libzmq gives one free some time after its socket is closed.
-  static std::atomic<std::uint64_t> count{0};
-  const std::string name = "inproc://monitor-" + std::to_string(++count);
-  if (zmq_socket_monitor(watched.handle(), name.c_str(), ZMQ_EVENT_DISCONNECTED) != 0) throw zmq::error_t();
-  events_.set(zmq::sockopt::linger, 0);
-  events_.connect(name);
-}
-
-DisconnectMonitor::~DisconnectMonitor() {
-  zmq_socket_monitor(watched_.handle(), nullptr, 0);
-}
-
-std::vector<int> DisconnectMonitor::drain() {
-  std::vector<int> closed;
-  zmq::message_t event, address;
-  while (events_.recv(event, zmq::recv_flags::dontwait)) {
-    if (event.more() && !events_.recv(address)) break;
-    if (event.size() != 6) continue;
-    std::uint16_t kind;
-    std::int32_t value;
-    std::memcpy(&kind, event.data(), sizeof kind);
-    std::memcpy(&value, static_cast<const char*>(event.data()) + sizeof kind, sizeof value);
-    if (kind == ZMQ_EVENT_DISCONNECTED) closed.push_back(value);
-  }
-  return closed;
+std::string peer_address(int descriptor) {
+  sockaddr_storage peer{};
+  socklen_t size = sizeof peer;
+  if (getpeername(descriptor, reinterpret_cast<sockaddr*>(&peer), &size) != 0) return {};
+  char text[INET6_ADDRSTRLEN] = {};
+  if (peer.ss_family == AF_INET)
+    inet_ntop(AF_INET, &reinterpret_cast<const sockaddr_in&>(peer).sin_addr, text, sizeof text);
+  else if (peer.ss_family == AF_INET6)
+    inet_ntop(AF_INET6, &reinterpret_cast<const sockaddr_in6&>(peer).sin6_addr, text, sizeof text);
+  return text;
 }
 
 Wakeup::Wakeup() : fd_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {}

@@ -62,22 +62,8 @@ Result<std::string> bind(zmq::socket_t& socket, const std::string& endpoint);
 Result<zmq::socket_t> make_dealer(zmq::context_t& context, const std::string& endpoint,
                                   const SocketOptions& options);
 
-// Tells when a connection of a bound socket ends, by its file descriptor, long before any heartbeat would.
-// Same thread as the socket it watches.
-class DisconnectMonitor {
- public:
-  DisconnectMonitor(zmq::context_t& context, zmq::socket_t& watched);
-  ~DisconnectMonitor();
-  DisconnectMonitor(const DisconnectMonitor&) = delete;
-  DisconnectMonitor& operator=(const DisconnectMonitor&) = delete;
-
-  zmq::socket_t& socket() { return events_; }  // readable when something has happened
-  std::vector<int> drain();                    // descriptors whose connection has ended since the last call
-
- private:
-  zmq::socket_t& watched_;
-  zmq::socket_t events_;
-};
+// Of the other end of a TCP connection, without its port; empty when there is none.
+std::string peer_address(int descriptor);
 
 // Wakes a thread that waits in zmq_poll, from any thread or signal handler.
 class Wakeup {

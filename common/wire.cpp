@@ -78,15 +78,20 @@ int source_fd(zmq::message_t& frame) {
   return zmq_msg_get(frame.handle(), ZMQ_SRCFD);
 }
 
-// Takes the rest of a message off the socket. False: there was one.
-bool nothing_follows(zmq::socket_t& socket, bool more) {
-  const bool alone = !more;
+std::string source_address(zmq::message_t& frame) {
+  const char* address = zmq_msg_gets(frame.handle(), "Peer-Address");
+  return address != nullptr ? address : "this process";
+}
+
+// Takes what follows the first frame of a message off the socket. False: there was something.
+bool nothing_follows(zmq::socket_t& socket, const zmq::message_t& first) {
+  bool more = first.more();
   while (more) {
     zmq::message_t frame;
     if (!socket.recv(frame)) return false;
     more = frame.more();
   }
-  return alone;
+  return !first.more();
 }
 
 // Why an envelope is unacceptable; empty: it is not.
@@ -101,6 +106,26 @@ std::string fault_of(const proto::Envelope& envelope) {
   return {};
 }
 
+// What is in a frame; fills envelope and attachments, or fault.
+void unpack(const zmq::message_t& frame, bool from_router, google::protobuf::Arena& arena,
+            Received& received) {
+  if (from_router && frame.size() > kMaxEnvelopeToMaster) {
+    received.fault = "an envelope of " + std::to_string(frame.size()) + " bytes, more than " +
+                     std::to_string(kMaxEnvelopeToMaster);
+    return;
+  }
+  auto* envelope = google::protobuf::Arena::CreateMessage<proto::Envelope>(&arena);
+  if (!envelope->ParseFromArray(frame.data(), static_cast<int>(frame.size())))
+    received.fault = "a frame that is not an envelope";
+  else
+    received.fault = fault_of(*envelope);
+  if (!received.fault.empty()) return;
+  received.envelope = envelope;
+  received.attachments.reserve(static_cast<std::size_t>(envelope->attachment_size()));
+  for (const std::string& bytes : envelope->attachment()) received.attachments.push_back(to_frame(bytes));
+  envelope->clear_attachment();
+}
+
 }  // namespace
 
 bool receive(zmq::socket_t& socket, bool from_router, google::protobuf::Arena& arena, Received& received) {
@@ -111,31 +136,19 @@ bool receive(zmq::socket_t& socket, bool from_router, google::protobuf::Arena& a
     received.peer.assign(static_cast<const char*>(frame.data()), frame.size());
     if (!frame.more()) {
       received.fault = "a message without an envelope";
+      received.address = source_address(frame);
       return true;
     }
     if (!socket.recv(frame)) return false;
     received.fd = source_fd(frame);
   }
   received.size = frame.size();
-  if (!nothing_follows(socket, frame.more())) {
-    received.fault = "more than one frame in one message";
-    return true;
-  }
-  if (from_router && frame.size() > kMaxEnvelopeToMaster) {
-    received.fault = "an envelope of " + std::to_string(frame.size()) + " bytes, more than " +
-                     std::to_string(kMaxEnvelopeToMaster);
-    return true;
-  }
-  auto* envelope = google::protobuf::Arena::CreateMessage<proto::Envelope>(&arena);
-  if (!envelope->ParseFromArray(frame.data(), static_cast<int>(frame.size())))
-    received.fault = "a frame that is not an envelope";
+  if (nothing_follows(socket, frame))
+    unpack(frame, from_router, arena, received);
   else
-    received.fault = fault_of(*envelope);
-  if (!received.fault.empty()) return true;
-  received.envelope = envelope;
-  received.attachments.reserve(static_cast<std::size_t>(envelope->attachment_size()));
-  for (const std::string& bytes : envelope->attachment()) received.attachments.push_back(to_frame(bytes));
-  envelope->clear_attachment();
+    received.fault = "more than one frame in one message";
+  if (from_router && (received.envelope == nullptr || received.envelope->has_hello()))
+    received.address = source_address(frame);
   return true;
 }
 

@@ -57,7 +57,8 @@ struct Received {
   std::size_t size = 0;  // bytes
   proto::Envelope* envelope = nullptr;
   std::vector<zmq::message_t> attachments;  // taken out of the envelope
-  std::string fault;  // not empty: the message is unacceptable, for this reason; envelope is then null
+  std::string fault;    // not empty: the message is unacceptable, for this reason; envelope is then null
+  std::string address;  // of a ROUTER's peer, without port, when its message is a hello or unacceptable
 };
 
 // False when nothing is waiting.

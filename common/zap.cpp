@@ -14,8 +14,6 @@
 #include <thread>
 #include <vector>
 
-#include "common/log.h"
-
 namespace evograsp {
 
 namespace {
@@ -133,8 +131,12 @@ namespace {
 
 class GatekeeperThread : public Gatekeeper {
  public:
-  GatekeeperThread(zmq::socket_t socket, std::optional<std::set<std::string>> allowed)
-      : socket_(std::move(socket)), allowed_(std::move(allowed)), thread_([this] { run(); }) {}
+  GatekeeperThread(zmq::socket_t socket, std::optional<std::set<std::string>> allowed,
+                   std::shared_ptr<Strangers> strangers)
+      : socket_(std::move(socket)),
+        allowed_(std::move(allowed)),
+        strangers_(strangers ? std::move(strangers) : std::make_shared<Strangers>()),
+        thread_([this] { run(); }) {}
 
   ~GatekeeperThread() override {
     stopping_ = true;
@@ -191,16 +193,13 @@ class GatekeeperThread : public Gatekeeper {
 
   void complain(const std::string& address, const std::string& key) {
     ++refused_;
-    const double now =
-        std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-    if (limiter_.allow(now))
-      spdlog::warn("refused a connection from {}: key {} is not on the allow-list", address, key);
+    strangers_->tell(Offence::kKey, address, "key " + key + " is not on the allow-list");
   }
 
   zmq::socket_t socket_;
   const std::optional<std::set<std::string>> allowed_;
+  const std::shared_ptr<Strangers> strangers_;
   Wakeup wakeup_;
-  LogLimiter limiter_{5, 10.0};
   std::atomic<bool> stopping_{false};
   std::atomic<std::uint64_t> refused_{0};
   std::thread thread_;
@@ -209,12 +208,13 @@ class GatekeeperThread : public Gatekeeper {
 }  // namespace
 
 Result<std::unique_ptr<Gatekeeper>> Gatekeeper::create(zmq::context_t& context,
-                                                       std::optional<std::set<std::string>> allowed) {
+                                                       std::optional<std::set<std::string>> allowed,
+                                                       std::shared_ptr<Strangers> strangers) {
   try {
     zmq::socket_t socket(context, zmq::socket_type::rep);
     socket.set(zmq::sockopt::linger, 0);
     socket.bind("inproc://zeromq.zap.01");
-    return std::make_unique<GatekeeperThread>(std::move(socket), std::move(allowed));
+    return std::make_unique<GatekeeperThread>(std::move(socket), std::move(allowed), std::move(strangers));
   } catch (const zmq::error_t& error) {
     return fail(ErrorCode::kInternal,
                 std::string("cannot start the gatekeeper of CURVE sockets: ") + error.what());

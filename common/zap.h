@@ -11,6 +11,7 @@
 
 #include "common/result.h"
 #include "common/socket.h"
+#include "common/strangers.h"
 
 namespace evograsp {
 
@@ -26,11 +27,12 @@ Result<CurveKeys> generate_keys(const std::filesystem::path& file, const std::st
 
 // Answers ZeroMQ's question about each handshake on sockets of `context`: CURVE with a key of the list comes
 // in; without a list, on sockets without keys, everybody who speaks ZMTP 3. One a context, made before its
-// sockets bind.
+// sockets bind. Whom it turns away it tells `strangers`, or, without one, the log.
 class Gatekeeper {
  public:
   static Result<std::unique_ptr<Gatekeeper>> create(zmq::context_t& context,
-                                                    std::optional<std::set<std::string>> allowed);
+                                                    std::optional<std::set<std::string>> allowed,
+                                                    std::shared_ptr<Strangers> strangers = nullptr);
   virtual ~Gatekeeper() = default;
   virtual std::uint64_t refused() const = 0;
 };

@@ -102,6 +102,12 @@ std::string body_text(const Request& request, const char* name) {
   return body[name];
 }
 
+// What nobody asks who only follows links: "/../../etc/passwd", "//etc/passwd".
+bool is_trick(const std::string& path) {
+  return path.find("..") != std::string::npos || path.find("//") != std::string::npos ||
+         path.find('\\') != std::string::npos || path.find('\0') != std::string::npos;
+}
+
 std::string as_pattern(const std::string& path) {
   std::string pattern;
   for (const char c : path) {
@@ -114,7 +120,14 @@ std::string as_pattern(const std::string& path) {
 class Api final : public ApiServer {
  public:
   Api(ApiOptions options, RunControl& run, bool loopback)
-      : options_(std::move(options)), run_(run), access_(loopback, options_.token), http_(limits(options_)) {
+      : options_(std::move(options)),
+        strangers_(options_.strangers ? options_.strangers : std::make_shared<Strangers>()),
+        run_(run),
+        access_(loopback, options_.token),
+        http_(limits(options_), [this](const std::string& peer) {
+          strangers_->tell(Offence::kRequest, peer,
+                           "at the HTTP port: a request too large, or never finished");
+        }) {
     http_.set_pre_routing_handler([this](const Request& q, Response& r) { return admit(q, r); });
     http_.set_error_handler([](const Request& q, Response& r) {
       if (!r.body.empty()) return;
@@ -122,7 +135,8 @@ class Api final : public ApiServer {
       answer_error(r, {r.status, unknown ? "not_found" : "invalid",
                        unknown ? "no such resource: " + q.path : "the request was not understood"});
     });
-    http_.set_logger([this](const Request&, const Response& r) {
+    http_.set_logger([this](const Request& q, const Response& r) {
+      tell_refused(q, r);
       ++counts_[static_cast<std::size_t>(r.status / 100) % counts_.size()];
     });
     add_reads();
@@ -184,6 +198,20 @@ class Api final : public ApiServer {
       return httplib::Server::HandlerResponse::Handled;
     }
     return httplib::Server::HandlerResponse::Unhandled;
+  }
+
+  // Runs after each answer.
+  void tell_refused(const Request& request, const Response& response) {
+    const auto tell = [&](Offence offence, const char* what) {
+      strangers_->tell(offence, request.remote_addr, std::string("at the HTTP port: ") + what);
+    };
+    const bool known = methods_.contains(request.path);
+    if (response.status == 401) return tell(Offence::kToken, "a change without the bearer token");
+    if (response.status == 403) return tell(Offence::kOrigin, "a foreign Host or Origin");
+    if (response.status == 404 && is_trick(request.path))
+      return tell(Offence::kPath, "a path that leads out of the folder");
+    if (response.status == 413 || (response.status == 400 && !known))
+      tell(Offence::kRequest, "a request that is too large or no HTTP");
   }
 
   // ---- routes ----
@@ -287,7 +315,8 @@ class Api final : public ApiServer {
     get("/metrics", [this](const Request&, Response& r) {
       HttpCounts counts{};
       for (std::size_t i = 0; i < counts.size(); ++i) counts[i] = counts_[i].load();
-      r.set_content(metrics_text(*run_.snapshot(), counts), "text/plain; version=0.0.4; charset=utf-8");
+      r.set_content(metrics_text(*run_.snapshot(), counts, strangers_->counts()),
+                    "text/plain; version=0.0.4; charset=utf-8");
     });
   }
 
@@ -361,6 +390,7 @@ class Api final : public ApiServer {
   }
 
   const ApiOptions options_;
+  const std::shared_ptr<Strangers> strangers_;
   RunControl& run_;
   const Access access_;
   std::map<std::string, std::set<std::string>> methods_;  // of each path; fixed once routes are added

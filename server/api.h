@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/result.h"
+#include "common/strangers.h"
 #include "proto/config.pb.h"
 #include "server/run_control.h"
 
@@ -31,6 +32,7 @@ struct ApiOptions {
   std::filesystem::path run_dir;          // where run.db is
   std::vector<StaticFile> files;
   int threads = 16;
+  std::shared_ptr<Strangers> strangers;  // told of those that are refused; absent: the server has its own
 };
 
 // The token a server or a client uses: the first line of `file` when given, else of the file that

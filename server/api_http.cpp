@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <charconv>
 
+#include "common/socket.h"
+
 namespace evograsp::server {
 namespace {
 
@@ -43,9 +45,13 @@ class PatientStream final : public httplib::Stream {
     return ::send(socket_, data, size, MSG_NOSIGNAL | MSG_DONTWAIT);
   }
 
-  void get_remote_ip_and_port(std::string&, int&) const override {}
+  void get_remote_ip_and_port(std::string& address, int& port) const override {
+    address = peer_address(socket_);
+    port = 0;
+  }
   void get_local_ip_and_port(std::string&, int&) const override {}
   socket_t socket() const override { return socket_; }
+  bool begun() const { return taken_ > 0; }
 
  private:
   bool fill() {
@@ -161,7 +167,8 @@ void HttpPool::work() {
 
 // ---- HttpServer ----
 
-HttpServer::HttpServer(const HttpLimits& limits) : limits_(limits) {
+HttpServer::HttpServer(const HttpLimits& limits, std::function<void(const std::string&)> given_up)
+    : limits_(limits), given_up_(std::move(given_up)) {
   new_task_queue = [this] { return new HttpPool(limits_.threads, limits_.waiting, crowd_); };
   set_payload_max_length(limits_.request_bytes);
   // The library's default shares the port with whoever else asks for it (SO_REUSEPORT).
@@ -195,6 +202,7 @@ bool HttpServer::process_and_close_socket(socket_t socket) {
   if (answered) {
     linger_and_close(socket);
   } else {
+    if (stream.begun()) given_up_(peer_address(socket));
     ::close(socket);
   }
   return answered;

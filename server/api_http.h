@@ -53,13 +53,15 @@ class HttpPool final : public httplib::TaskQueue {
 // An httplib::Server of one request a connection. Routes, handlers and hooks are the library's.
 class HttpServer final : public httplib::Server {
  public:
-  explicit HttpServer(const HttpLimits& limits);
+  // given_up: told the address of each peer whose request was begun and never answered. On any thread.
+  HttpServer(const HttpLimits& limits, std::function<void(const std::string& peer)> given_up);
   // Binds; the port, or -1. Port 0: any free one.
   int bind(const std::string& host, int port);
 
  private:
   bool process_and_close_socket(socket_t socket) override;
   const HttpLimits limits_;
+  const std::function<void(const std::string&)> given_up_;
   std::atomic<int> crowd_{0};
 };
 

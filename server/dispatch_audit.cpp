@@ -155,13 +155,11 @@ void DispatchLoop::send_liars_away() {
   pump_all();
 }
 
-bool DispatchLoop::refuse_quarantined(const std::string& identity, const std::string& peer) {
+bool DispatchLoop::refuse_quarantined(const std::string& identity, const Received& message) {
   const auto found = verdicts_.find(identity);
   if (found == verdicts_.end()) return false;
-  ++totals_.refused;
-  if (complaints_.allow(now()))
-    sink_.event(true, "refused", "worker " + identity + ": quarantined, " + found->second);
-  refuse(peer, "quarantined: " + found->second, false);
+  turn_away(message.address, "worker " + identity + ": quarantined, " + found->second);
+  refuse(message.peer, "quarantined: " + found->second, false);
   return true;
 }
 

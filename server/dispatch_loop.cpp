@@ -18,6 +18,7 @@ constexpr double kPatienceSeconds = 2;   // without workers, before it is worth 
 constexpr double kPingEvery = 4;         // heartbeats, of a worker that is sent other things
 constexpr std::size_t kManyWorkers = 256;
 constexpr double kManyWorkersPump = 0.1;  // s
+constexpr double kSumsEvery = 1;          // s
 constexpr double kSmallestTask = 2.5e-4;  // s: the scheduler gives out no less
 
 double unix_time() {
@@ -52,6 +53,7 @@ DispatchLoop::DispatchLoop(zmq::context_t& context, zmq::socket_t router, Dispat
       router_(std::move(router)),
       monitor_(context, router_),
       scheduler_(options_.scheduler) {
+  if (!options_.strangers) options_.strangers = std::make_shared<Strangers>();
   for (const ServedAsset& asset : options_.assets) {
     proto::Envelope envelope = make_envelope(options_.stamp);
     proto::AssetReply& reply = *envelope.mutable_asset_reply();
@@ -258,7 +260,11 @@ Departure DispatchLoop::how_it_went(const Session& session) const {
 
 void DispatchLoop::drop_disconnected() {
   bool lost = false;
-  for (const int fd : monitor_.drain()) {
+  const ConnectionMonitor::News news = monitor_.drain();
+  for (const FailedHandshake& failed : news.failed)
+    complain(Offence::kHandshake, "refused", failed.address,
+             std::string("at the worker port: ") + to_string(failed.why));
+  for (const int fd : news.closed) {
     const auto session =
         std::find_if(by_id_.begin(), by_id_.end(), [&](const auto& entry) { return entry.second->fd == fd; });
     if (session == by_id_.end()) continue;
@@ -339,6 +345,7 @@ void DispatchLoop::tick() {
     lose_silent();
     forget_idle_clients();
   }
+  sum_up_complaints();
   send_heartbeats();
   expire_tasks();
   say_when_waiting();
@@ -352,6 +359,18 @@ void DispatchLoop::pump_now_and_then() {
   if (by_id_.size() > kManyWorkers && now() < next_pump_) return;
   next_pump_ = now() + kManyWorkersPump;
   pump_all();
+}
+
+// Counted each time, said now and then.
+void DispatchLoop::complain(Offence offence, const char* kind, const std::string& address,
+                            const std::string& text) {
+  if (const auto line = options_.strangers->note(offence, address, text)) sink_.event(true, kind, *line);
+}
+
+void DispatchLoop::sum_up_complaints() {
+  if (now() < next_sums_) return;
+  next_sums_ = now() + kSumsEvery;
+  for (const std::string& line : options_.strangers->sums()) sink_.event(true, "refused", line);
 }
 
 void DispatchLoop::say_when_waiting() {

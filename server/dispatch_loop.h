@@ -10,7 +10,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "common/log.h"
+#include "common/connection_monitor.h"
 #include "common/task_memory.h"
 #include "server/audit.h"
 #include "server/dispatcher.h"
@@ -20,7 +20,8 @@ namespace evograsp::server {
 
 // One worker's connection, from its Hello to its loss.
 struct Session {
-  std::string peer;  // routing id
+  std::string peer;     // routing id
+  std::string address;  // without port
   WorkerId id = 0;
   Party party;
   PeerView view;
@@ -75,7 +76,7 @@ class DispatchLoop {
   void handle_stranger(Received& message);
   void handle_session(Session& session, const Received& message);
   void on_hello(const Received& message);
-  bool supersede(const proto::Hello& hello, const std::string& peer);
+  bool supersede(const Received& message);
   void on_asset_request(const Received& message);
   void on_ready(Session& session, const proto::Ready& ready);
   void on_result(Session& session, const proto::TaskResult& result);
@@ -95,7 +96,7 @@ class DispatchLoop {
   bool two_parties() const;
   bool another_is_near();
   void skip_audits();
-  bool refuse_quarantined(const std::string& identity, const std::string& peer);
+  bool refuse_quarantined(const std::string& identity, const Received& message);
   std::string name_of(Party party) const;
 
   // dispatch_steps.cpp: stepwise clients.
@@ -108,7 +109,11 @@ class DispatchLoop {
 
   void welcome(const std::string& peer);
   void refuse(const std::string& peer, const std::string& reason, bool retry);
-  void misbehaved(const std::string& peer, const std::string& fault);
+  void misbehaved(const Received& message, const std::string& fault);
+  void misbehaved(Session& session, const std::string& fault);
+  void turn_away(const std::string& address, const std::string& text);
+  void complain(Offence offence, const char* kind, const std::string& address, const std::string& text);
+  void sum_up_complaints();
   void end_session(Session& session, Departure departure, const std::string& why);
   Departure how_it_went(const Session& session) const;
   void send_heartbeats();
@@ -132,7 +137,7 @@ class DispatchLoop {
   DispatcherOptions options_;
   WorkSink& sink_;
   zmq::socket_t router_;
-  DisconnectMonitor monitor_;
+  ConnectionMonitor monitor_;
   Scheduler scheduler_;
   google::protobuf::Arena arena_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
@@ -166,12 +171,12 @@ class DispatchLoop {
   bool paused_ = false;
   double next_look_ = 0;  // for silent workers
   double next_pump_ = 0;
+  double next_sums_ = 0;
   double last_tick_ = 0;
   bool heard_all_ = true;    // nothing was waiting when last looked
   double alone_since_ = -1;  // s; work, but nobody to do it
   bool said_waiting_ = false;
   DispatchView totals_;
-  LogLimiter complaints_{10, 1.0};
 };
 
 }  // namespace evograsp::server

@@ -30,7 +30,7 @@ std::string clean(const std::string& name) {
 void DispatchLoop::handle(Received& message) {
   const auto session = sessions_.find(message.peer);
   if (!message.fault.empty()) {
-    misbehaved(message.peer, message.fault);
+    misbehaved(message, message.fault);
   } else if (session == sessions_.end() || message.envelope->has_hello()) {
     handle_stranger(message);
   } else {
@@ -42,8 +42,9 @@ void DispatchLoop::handle(Received& message) {
 
 // Without a session only a Hello means anything.
 void DispatchLoop::handle_stranger(Received& message) {
+  drop_disconnected();  // the descriptor may have belonged to another connection a moment ago
+  monitor_.spoke(message.fd);
   if (message.envelope->has_hello()) {
-    drop_disconnected();  // the descriptor may have belonged to another connection a moment ago
     message.envelope->hello().stepwise() ? on_client_hello(message) : on_hello(message);
     return;
   }
@@ -60,7 +61,7 @@ void DispatchLoop::handle_stranger(Received& message) {
 void DispatchLoop::handle_session(Session& session, const Received& message) {
   const proto::Envelope& envelope = *message.envelope;
   if (SessionStamp{envelope.run(), envelope.epoch()} != options_.stamp) return;  // from another master's days
-  if (!message.attachments.empty()) return misbehaved(message.peer, "attachments where none belong");
+  if (!message.attachments.empty()) return misbehaved(session, "attachments where none belong");
   switch (envelope.body_case()) {
     case proto::Envelope::kAssetRequest:
       return on_asset_request(message);
@@ -82,7 +83,7 @@ void DispatchLoop::handle_session(Session& session, const Received& message) {
     case proto::Envelope::kGoodbye:
       return on_goodbye(session, envelope.goodbye());
     default:
-      return misbehaved(message.peer, "a message that only a master sends");
+      return misbehaved(session, "a message that only a master sends");
   }
 }
 
@@ -93,19 +94,18 @@ void DispatchLoop::on_hello(const Received& message) {
   const std::string& peer = message.peer;
   if (!message.attachments.empty() || hello.slots() < 1 || hello.slots() > kMaxSlots ||
       hello.identity().empty() || hello.identity().size() > kMaxName)
-    return misbehaved(peer, "a hello without identity, or with no or too many slots");
+    return misbehaved(message, "a hello without identity, or with no or too many slots");
   if (hello.build() != kVersion) {
-    ++totals_.refused;
     const std::string reason = "worker build " + clean(hello.build()) + ", master build " + kVersion +
                                ": install the same version on both sides";
-    if (complaints_.allow(now()))
-      sink_.event(true, "refused", "worker " + clean(hello.identity()) + ": " + reason);
+    turn_away(message.address, "worker " + clean(hello.identity()) + ": " + reason);
     return refuse(peer, reason, false);
   }
-  if (refuse_quarantined(clean(hello.identity()), peer) || !supersede(hello, peer)) return;
+  if (refuse_quarantined(clean(hello.identity()), message) || !supersede(message)) return;
 
   auto session = std::make_unique<Session>();
   session->peer = peer;
+  session->address = message.address;
   session->id = next_id_++;
   session->fd = message.fd;
   session->heard = now();
@@ -133,7 +133,9 @@ void DispatchLoop::on_hello(const Received& message) {
 
 // One identity, one session. The same process coming back replaces what is left of it; another process is
 // told that the name is taken, until the first one is gone.
-bool DispatchLoop::supersede(const proto::Hello& hello, const std::string& peer) {
+bool DispatchLoop::supersede(const Received& message) {
+  const proto::Hello& hello = message.envelope->hello();
+  const std::string& peer = message.peer;
   const std::string identity = clean(hello.identity());
   // Two at most: one of this name, one of this connection under another name.
   std::vector<Session*> before;
@@ -142,11 +144,10 @@ bool DispatchLoop::supersede(const proto::Hello& hello, const std::string& peer)
   for (const Session* old : before) {
     if (old->peer == peer || (old->view.pid == hello.pid() && old->view.host == clean(hello.host())))
       continue;
-    ++totals_.refused;
     const std::string reason = "identity " + identity + " is in use by process " +
                                std::to_string(old->view.pid) + " on " + old->view.host +
                                ": start this worker with another --identity";
-    if (complaints_.allow(now())) sink_.event(true, "refused", reason);
+    turn_away(message.address, reason);
     refuse(peer, reason, true);
     return false;
   }
@@ -171,18 +172,29 @@ void DispatchLoop::refuse(const std::string& peer, const std::string& reason, bo
   send(router_, peer, envelope);
 }
 
-// Costs the sender its session, and the master a line in the log now and then.
-void DispatchLoop::misbehaved(const std::string& peer, const std::string& fault) {
+// A worker that must not join.
+void DispatchLoop::turn_away(const std::string& address, const std::string& text) {
+  ++totals_.refused;
+  complain(Offence::kHello, "refused", address, text);
+}
+
+// Costs the sender its session, if it has one.
+void DispatchLoop::misbehaved(const Received& message, const std::string& fault) {
+  const auto session = sessions_.find(message.peer);
+  if (session != sessions_.end()) return misbehaved(*session->second, fault);
+  drop_disconnected();
+  monitor_.spoke(message.fd);
   ++totals_.malformed;
-  const auto session = sessions_.find(peer);
-  const bool known = session != sessions_.end();
-  if (complaints_.allow(now()))
-    sink_.event(
-        true, "malformed",
-        (known ? "worker " + session->second->view.identity : std::string("a stranger")) + " sent " + fault);
-  refuse(peer, "refused: " + fault, false);
-  if (!known) return;
-  end_session(*session->second, Departure::kLeft, "sent away");
+  complain(Offence::kFrame, "malformed", message.address, "a stranger sent " + fault);
+  refuse(message.peer, "refused: " + fault, false);
+}
+
+void DispatchLoop::misbehaved(Session& session, const std::string& fault) {
+  ++totals_.malformed;
+  complain(Offence::kFrame, "malformed", session.address,
+           "worker " + session.view.identity + " sent " + fault);
+  refuse(session.peer, "refused: " + fault, false);
+  end_session(session, Departure::kLeft, "sent away");
   pump_all();
 }
 
@@ -201,12 +213,10 @@ void DispatchLoop::on_asset_request(const Received& message) {
 
 void DispatchLoop::on_ready(Session& session, const proto::Ready& ready) {
   if (ready.fingerprint() != options_.experiment.fingerprint()) {
-    ++totals_.refused;
     const std::string reason = "the worker's simulator is not the experiment's: fingerprint " +
                                clean(ready.fingerprint()) + " instead of " +
                                options_.experiment.fingerprint();
-    if (complaints_.allow(now()))
-      sink_.event(true, "refused", "worker " + session.view.identity + ": " + reason);
+    turn_away(session.address, "worker " + session.view.identity + ": " + reason);
     refuse(session.peer, reason, false);
     return end_session(session, Departure::kLeft, "another experiment");
   }
@@ -234,9 +244,8 @@ void DispatchLoop::on_result(Session& session, const proto::TaskResult& result) 
   }
   const std::size_t expected = what->networks.size() * what->trials;
   if (static_cast<std::size_t>(result.measurement_size()) != expected)
-    return misbehaved(std::string(session.peer), "a result of " + std::to_string(result.measurement_size()) +
-                                                     " measurements where " + std::to_string(expected) +
-                                                     " were asked for");
+    return misbehaved(session, "a result of " + std::to_string(result.measurement_size()) +
+                                   " measurements where " + std::to_string(expected) + " were asked for");
   if (!result.notice().empty()) sink_.notice(clean(result.notice()));
   const double seconds = static_cast<double>(result.wall_nanoseconds()) * 1e-9;
   book(session, *what, result);

@@ -10,6 +10,7 @@
 
 #include "common/result.h"
 #include "common/socket.h"
+#include "common/strangers.h"
 #include "common/wire.h"
 #include "server/work.h"
 
@@ -31,6 +32,7 @@ struct DispatcherOptions {
   double audit_share = 0;        // of the networks: done again by another worker and compared bit for bit
   proto::Experiment experiment;  // without objects: workers make no simulator and serve no-op tasks alone
   std::vector<ServedAsset> assets;
+  std::shared_ptr<Strangers> strangers;  // told of those that are refused; absent: the dispatcher has its own
 };
 
 class Dispatcher {

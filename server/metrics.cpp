@@ -154,7 +154,8 @@ void add_process(Page& page) {
 
 }  // namespace
 
-std::string metrics_text(const RunSnapshot& snapshot, const HttpCounts& http) {
+std::string metrics_text(const RunSnapshot& snapshot, const HttpCounts& http,
+                         const Strangers::Counts& refused) {
   Page page;
   add_run(page, snapshot);
   add_counters(page, snapshot.counters);
@@ -162,6 +163,11 @@ std::string metrics_text(const RunSnapshot& snapshot, const HttpCounts& http) {
   add_store(page, snapshot.store);
   page.add("http_answers_total", "Answers of the HTTP API by class.", MetricType::Counter, "code",
            {{"2xx", real(http[2])}, {"3xx", real(http[3])}, {"4xx", real(http[4])}, {"5xx", real(http[5])}});
+  std::vector<Sample> offences;
+  for (std::size_t i = 0; i < kOffences; ++i)
+    offences.push_back({to_string(static_cast<Offence>(i)), real(refused[i])});
+  page.add("strangers_refused_total", "What was refused at the worker, champion and HTTP ports, by offence.",
+           MetricType::Counter, "offence", offences);
   add_process(page);
   return page.text();
 }

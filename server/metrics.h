@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <string>
 
+#include "common/strangers.h"
 #include "server/run_control.h"
 
 namespace evograsp::server {
@@ -14,6 +15,7 @@ namespace evograsp::server {
 using HttpCounts = std::array<std::uint64_t, 6>;
 
 // Pure but for the process figures (/proc/self). Thread-safe.
-std::string metrics_text(const RunSnapshot& snapshot, const HttpCounts& http);
+std::string metrics_text(const RunSnapshot& snapshot, const HttpCounts& http,
+                         const Strangers::Counts& refused);
 
 }  // namespace evograsp::server

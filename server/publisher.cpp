@@ -4,15 +4,19 @@
 
 namespace evograsp::server {
 
-Status Publisher::open(zmq::context_t& context, const proto::NetConfig& net, const Security& security) {
+Status Publisher::open(zmq::context_t& context, const proto::NetConfig& net, const Security& security,
+                       std::shared_ptr<Strangers> strangers) {
   if (!net.has_publish() || net.publish().empty()) return {};
   if (Status status = check_exposure(net.publish(), security.encrypted(), net.insecure()); !status)
     return status;
   auto socket = make_publisher(context, security.socket_options(net));
   if (!socket) return tl::unexpected(socket.error());
-  auto bound = bind(*socket, net.publish());
-  if (!bound) return tl::unexpected(bound.error());
   socket_ = std::move(*socket);
+  monitor_ = std::make_unique<ConnectionMonitor>(context, socket_);
+  auto bound = bind(socket_, net.publish());
+  if (!bound) return tl::unexpected(bound.error());
+  endpoint_ = std::move(*bound);
+  strangers_ = std::move(strangers);
   return {};
 }
 
@@ -24,6 +28,13 @@ void Publisher::publish(const ResumePoint& run, const RunPosition& position) {
   publish(*champion);
   sent_ = true;
   sent_generation_ = position.best->generation;
+}
+
+void Publisher::look_at_door() {
+  if (!monitor_) return;
+  for (const FailedHandshake& failed : monitor_->drain().failed)
+    strangers_->tell(Offence::kHandshake, failed.address,
+                     std::string("at the champion port: ") + to_string(failed.why));
 }
 
 void Publisher::publish(const proto::Champion& champion) {

@@ -5,10 +5,14 @@
 // (validation_trials > 0).
 #pragma once
 
+#include <memory>
 #include <optional>
+#include <string>
 #include <zmq.hpp>
 
+#include "common/connection_monitor.h"
 #include "common/result.h"
+#include "common/strangers.h"
 #include "server/run_loop.h"
 #include "server/security.h"
 
@@ -18,12 +22,19 @@ namespace evograsp::server {
 class Publisher {
  public:
   // Does nothing when net.publish is absent.
-  Status open(zmq::context_t& context, const proto::NetConfig& net, const Security& security);
+  Status open(zmq::context_t& context, const proto::NetConfig& net, const Security& security,
+              std::shared_ptr<Strangers> strangers);
   void publish(const ResumePoint& run, const RunPosition& position);
   void publish(const proto::Champion& champion);
+  // Tells of those that were refused since the last call. A few times a second.
+  void look_at_door();
+  const std::string& endpoint() const { return endpoint_; }  // what was bound; empty: nothing
 
  private:
   zmq::socket_t socket_;
+  std::unique_ptr<ConnectionMonitor> monitor_;
+  std::shared_ptr<Strangers> strangers_;
+  std::string endpoint_;
   std::uint32_t sent_generation_ = 0;
   bool sent_ = false;
 };

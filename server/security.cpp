@@ -24,7 +24,7 @@ Status Security::open(zmq::context_t& context, const proto::NetConfig& net, Disp
     keys_ = std::move(*keys);
     listed = std::move(*allowed);
   }
-  auto gatekeeper = Gatekeeper::create(context, std::move(listed));
+  auto gatekeeper = Gatekeeper::create(context, std::move(listed), options.strangers);
   if (!gatekeeper) return tl::unexpected(gatekeeper.error());
   gatekeeper_ = std::move(*gatekeeper);
   for (const std::string& endpoint : options.endpoints)

@@ -16,7 +16,7 @@ namespace evograsp::server {
 class Security {
  public:
   // Reads the keys that net names, starts the gatekeeper for them, and refuses to expose what nothing
-  // protects. Fills options.socket.curve.
+  // protects. Fills options.socket. Who is turned away is told options.strangers.
   Status open(zmq::context_t& context, const proto::NetConfig& net, DispatcherOptions& options);
   bool encrypted() const { return keys_.has_value(); }
   SocketOptions socket_options(const proto::NetConfig& net) const;

@@ -158,11 +158,12 @@ class ServerImpl : public Server {
     if (shared_context_ == nullptr) own_context_ = std::make_unique<zmq::context_t>(1);
     zmq::context_t& context = shared_context_ != nullptr ? *shared_context_ : *own_context_;
     DispatcherOptions options = dispatcher_options(start_, shared_context_ != nullptr);
+    options.strangers = strangers_;
     if (Status status = security_.open(context, net, options); !status) return status;
     auto dispatcher = Dispatcher::create(context, std::move(options), gather_);
     if (!dispatcher) return tl::unexpected(dispatcher.error());
     dispatcher_ = std::move(*dispatcher);
-    if (Status status = publisher_.open(context, net, security_); !status) return status;
+    if (Status status = publisher_.open(context, net, security_, strangers_); !status) return status;
     loop_ = std::make_unique<RunLoop>(
         start_, std::move(*population_), *store_, *dispatcher_, gather_,
         RunLoop::Callbacks{[this](const GenerationReport& r) { announce(r); }, [this] { publish(); }});
@@ -242,6 +243,7 @@ class ServerImpl : public Server {
     options.token = *token;
     options.insecure = net.insecure();
     options.run_dir = run_dir_;
+    options.strangers = strangers_;
     auto api = ApiServer::create(std::move(options), control_);
     if (!api) return tl::unexpected(api.error());
     api_ = std::move(*api);
@@ -292,6 +294,7 @@ class ServerImpl : public Server {
 
   void publish() {
     watchdog_.beat();
+    publisher_.look_at_door();
     const RunState state = ended() ? state_.load() : loop_->paused() ? RunState::kPaused : RunState::kRunning;
     snapshots_.publish(state, loop_->position(), champion_, dispatcher_->view(), gather_, store_->figures());
   }
@@ -306,6 +309,7 @@ class ServerImpl : public Server {
   Gather gather_;
   Control control_{*this};
   Snapshots snapshots_;
+  const std::shared_ptr<Strangers> strangers_ = std::make_shared<Strangers>();
   Security security_;
   std::unique_ptr<RunLoop> loop_;
   Publisher publisher_;

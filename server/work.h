@@ -20,7 +20,7 @@ struct Work {
   std::vector<proto::TrialKey> trials;
   bool lifts = false;                  // the trials' keys say lift
   std::uint32_t networks = 0;          // how many will be added
-  std::optional<double> noop_seconds;  // benchmarks: workers answer after this long without simulating
+  std::optional<double> noop_seconds;  // benchmarks: instead of simulating, wait so long a network
 };
 
 // A network as it travels: packed once, shared by every message that carries it.

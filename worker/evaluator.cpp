@@ -17,6 +17,11 @@ namespace {
 constexpr std::size_t kMostMeasurements = 1 << 18;
 constexpr double kLongestNoop = 60;  // s
 
+// Each network takes its time, however many come in one task.
+double noop_time(const proto::Task& task) {
+  return task.noop_seconds() * task.network_size();
+}
+
 std::string refusal(const proto::Task& task, std::size_t networks) {
   if (static_cast<std::size_t>(task.network_size()) != networks)
     return "a task of " + std::to_string(task.network_size()) + " networks came with " +
@@ -25,7 +30,7 @@ std::string refusal(const proto::Task& task, std::size_t networks) {
   if (measurements > kMostMeasurements)
     return "a task of " + std::to_string(measurements) + " trials, more than " +
            std::to_string(kMostMeasurements);
-  if (task.has_noop_seconds() && !(task.noop_seconds() <= kLongestNoop))
+  if (task.has_noop_seconds() && !(noop_time(task) <= kLongestNoop))
     return "a task that waits longer than " + std::to_string(static_cast<int>(kLongestNoop)) + " s";
   return {};
 }
@@ -61,8 +66,7 @@ void Evaluator::evaluate(const proto::Task& task, const std::vector<zmq::message
   if (const std::string why = refusal(task, networks.size()); !why.empty()) {
     result.set_error(why);
   } else if (task.has_noop_seconds()) {
-    if (task.noop_seconds() > 0)
-      std::this_thread::sleep_for(std::chrono::duration<double>(task.noop_seconds()));
+    if (task.noop_seconds() > 0) std::this_thread::sleep_for(std::chrono::duration<double>(noop_time(task)));
     for (int i = 0; i < task.network_size() * task.trial_size(); ++i) result.add_measurement();
   } else if (!shared_) {
     result.set_error("this worker has no simulator");

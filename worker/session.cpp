@@ -19,6 +19,7 @@ namespace {
 constexpr double kFirstPatience = 0.5, kMostPatience = 1.0;  // s: a master that is back is found within this
 constexpr double kSlowestTick = 0.1;
 constexpr double kSignSeconds = 1;
+constexpr double kWarnAgain = 60;  // s
 constexpr double kReconnectPause = 0.1;
 constexpr double kRendezvousPause = 0.5;  // s: the file may be on a file server that a thousand workers ask
 // A task that runs this long is reported as started. Most are done by then, and their result says it all.
@@ -42,6 +43,23 @@ double jitter() {
   thread_local std::minstd_rand engine{std::random_device{}()};
   return 0.75 + 0.5 * static_cast<double>(engine() - std::minstd_rand::min()) /
                     static_cast<double>(std::minstd_rand::max() - std::minstd_rand::min());
+}
+
+// Why a master and this worker came to nothing, and what to look at.
+const char* cause_of(FailedHandshake::Why why, bool has_keys) {
+  switch (why) {
+    case FailedHandshake::Why::kNotListed:
+      return "the master refused this worker's key: is its public key on the master's allow-list?";
+    case FailedHandshake::Why::kMechanism:
+      return has_keys ? "this worker has keys (CURVE), what listens there has none"
+                      : "the master refuses peers without keys (CURVE): give this worker a --curve-key-file";
+    case FailedHandshake::Why::kGone:
+      return has_keys ? "hung up or fell silent during the handshake: is the server-key in the key file the "
+                        "master's public key, and is an evograsp master there?"
+                      : "hung up or fell silent during the handshake: is an evograsp master there?";
+    default:
+      return "what listens there is no evograsp master";
+  }
 }
 
 }  // namespace
@@ -94,6 +112,7 @@ Status Session::turn() {
   read_all();
   obey();
   beat();
+  check_connection();
   check_silence();
   return {};
 }
@@ -135,7 +154,7 @@ Status Session::connect() {
   if (!socket) return tl::unexpected(socket.error());
   socket_ = std::move(*socket);
   try {
-    monitor_ = std::make_unique<DisconnectMonitor>(context_, socket_);
+    monitor_ = std::make_unique<ConnectionMonitor>(context_, socket_);
   } catch (const zmq::error_t& error) {  // no descriptors left
     return fail(ErrorCode::kUnavailable, endpoint_ + ": cannot watch the connection: " + error.what());
   }
@@ -203,12 +222,24 @@ void Session::beat() {
   send(socket_, {}, envelope);
 }
 
+void Session::check_connection() {
+  const ConnectionMonitor::News news = monitor_->drain();
+  for (const FailedHandshake& failed : news.failed) warn_of(failed.why);
+  if (news.closed.empty() || state_ == State::kGreeting) return;
+  spdlog::warn("the connection to the master ended: connecting anew");
+  lost_ = true;
+}
+
+// Tries go on: keys may be listed, and masters started, later. Said once, and again after a while.
+void Session::warn_of(FailedHandshake::Why why) {
+  if (warned_of_ == why && Clock::now() < next_warning_) return;
+  warned_of_ = why;
+  next_warning_ = Clock::now() + milliseconds(kWarnAgain);
+  spdlog::warn("{}: {}; trying again", endpoint_, cause_of(why, options_.curve.has_value()));
+}
+
 void Session::check_silence() {
-  if (!monitor_->drain().empty() && state_ != State::kGreeting) {
-    spdlog::warn("the connection to the master ended: connecting anew");
-    lost_ = true;
-    return;
-  }
+  if (lost_) return;
   // Time in which this thread did not run is not the master's silence; nor is a large message on a slow link.
   const Clock::duration absent = Clock::now() - std::exchange(looked_, Clock::now());
   if (absent > milliseconds(kAbsentSeconds)) heard_ = std::min(Clock::now(), heard_ + absent);
@@ -231,6 +262,7 @@ void Session::read_all() {
   Received message;
   while (!done_ && !lost_ && receive(socket_, false, arena_, message)) {
     heard_ = served_ = Clock::now();
+    warned_of_.reset();
     largest_ = std::max(largest_, message.size);
     if (message.envelope == nullptr)
       give_up({ErrorCode::kUnavailable, endpoint_ + ": sent " + message.fault});

@@ -11,6 +11,7 @@
 #include <optional>
 #include <string>
 
+#include "common/connection_monitor.h"
 #include "common/socket.h"
 #include "common/task_memory.h"
 #include "common/watchdog.h"
@@ -59,7 +60,9 @@ class Session {
   void enqueue(Received& message);
   void send_events();
   void beat();
+  void check_connection();
   void check_silence();
+  void warn_of(FailedHandshake::Why why);
   void check_absence();
   void show_life();
   void obey();
@@ -81,7 +84,7 @@ class Session {
   Clock::time_point next_sign_{};
 
   zmq::socket_t socket_;
-  std::unique_ptr<DisconnectMonitor> monitor_;  // a master that dies is missed at once, not after its silence
+  std::unique_ptr<ConnectionMonitor> monitor_;  // a master that dies is missed at once, not after its silence
   State state_ = State::kGreeting;
   bool connected_ = false;
   bool lost_ = false;          // this connection has ended
@@ -92,6 +95,8 @@ class Session {
   std::size_t largest_ = 0;  // message received, bytes
   double patience_ = 0.5;    // s, for a Welcome; grows while there is no master
   Clock::time_point heard_{}, looked_{}, next_beat_{}, drain_deadline_{};
+  std::optional<FailedHandshake::Why> warned_of_;  // since a master was last heard
+  Clock::time_point next_warning_{};
   Clock::time_point served_ = Clock::now();  // when a master was last heard
   std::string fingerprint_;                  // of the simulator that stands
   double trial_seconds_ = 0;                 // that a grasp takes it; 0: not tried
