@@ -4,12 +4,22 @@
 
 namespace evograsp::server {
 
+namespace {
+
+constexpr int kMostWaiting = 8;  // champions, for each robot that does not read: it wants the newest anyhow
+constexpr std::int64_t kLargestSubscription = 1024;  // bytes; the handshake's frames are smaller, too
+
+}  // namespace
+
 Status Publisher::open(zmq::context_t& context, const proto::NetConfig& net, const Security& security,
                        std::shared_ptr<Strangers> strangers) {
   if (!net.has_publish() || net.publish().empty()) return {};
   if (Status status = check_exposure(net.publish(), security.encrypted(), net.insecure()); !status)
     return status;
-  auto socket = make_publisher(context, security.socket_options(net));
+  SocketOptions options = security.socket_options(net);
+  options.high_water = kMostWaiting;
+  options.max_frame_bytes = kLargestSubscription;
+  auto socket = make_publisher(context, options);
   if (!socket) return tl::unexpected(socket.error());
   socket_ = std::move(*socket);
   monitor_ = std::make_unique<ConnectionMonitor>(context, socket_);

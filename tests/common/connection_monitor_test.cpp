@@ -5,9 +5,8 @@
 #include <sys/socket.h>
 
 #include <chrono>
-#include <filesystem>
-#include <map>
 #include <optional>
+#include <set>
 #include <thread>
 
 #include "common/wire.h"
@@ -82,10 +81,14 @@ class Door : public ::testing::Test {
     send(dealer, {}, to_frame("knock"));
     const auto seen = failures_of(monitor, at_dealer ? 5 : 0.3);
     ASSERT_EQ(seen.size(), at_dealer ? 1u : 0u);
-    if (at_dealer) EXPECT_EQ(to_string(seen[0].why), std::string(to_string(*at_dealer)));
+    if (at_dealer) {
+      EXPECT_EQ(to_string(seen[0].why), std::string(to_string(*at_dealer)));
+    }
     const auto seen_here = failures_of(*monitor_, at_router ? 5 : 0.3);
     ASSERT_EQ(seen_here.size(), at_router ? 1u : 0u);
-    if (at_router) EXPECT_EQ(to_string(seen_here[0].why), std::string(to_string(*at_router)));
+    if (at_router) {
+      EXPECT_EQ(to_string(seen_here[0].why), std::string(to_string(*at_router)));
+    }
   }
   void say(int descriptor, const std::string& bytes) {
     EXPECT_EQ(::send(descriptor, bytes.data(), bytes.size(), MSG_NOSIGNAL),
@@ -117,7 +120,7 @@ TEST_F(Door, TellsOfBytesThatAreNoZmtp) {
 TEST_F(Door, TellsOfOldZmtp) {
   open(new_keys());
   const int descriptor = caller();
-  say(descriptor, std::string("\xff\0\0\0\0\0\0\0\1\x7f\1", 11));  // ZMTP 2 begins so
+  say(descriptor, std::string("\xff\0\0\0\0\0\0\0\1\x7f\1\5", 12));  // ZMTP 2 begins so
   expect(failures_of(*monitor_), Why::kNoGreeting, "127.0.0.1");
   close(descriptor);
 }
@@ -137,13 +140,19 @@ TEST_F(Door, TellsNothingOfThoseWhoAreWelcome) {
   close(scanner);
 }
 
+// Which of the two sees it first hangs up: to the other it may look like that.
 TEST_F(Door, PlainTextWhereKeysAreWanted) {
   open(new_keys());
-  SocketOptions options;
-  zmq::socket_t dealer = std::move(*make_dealer(context_, endpoint_, options));
-  const auto failures = failures_of(*monitor_);
-  ASSERT_FALSE(failures.empty());
-  EXPECT_EQ(failures[0].why, Why::kMechanism);
+  zmq::socket_t dealer = std::move(*make_dealer(context_, "inproc://nobody", {}));
+  ConnectionMonitor monitor(context_, dealer);
+  dealer.connect(endpoint_);
+  std::set<Why> seen;
+  for (int i = 0; i < 200 && !seen.contains(Why::kMechanism); ++i)
+    for (const FailedHandshake& failure : failures_of(monitor)) seen.insert(failure.why);
+  EXPECT_TRUE(seen.contains(Why::kMechanism));
+  const auto here = failures_of(*monitor_);
+  ASSERT_FALSE(here.empty());
+  EXPECT_TRUE(here[0].why == Why::kMechanism || here[0].why == Why::kGone);
 }
 
 TEST_F(Door, BothSidesSayWhatIsWrongWithTheKeys) {
@@ -154,7 +163,6 @@ TEST_F(Door, BothSidesSayWhatIsWrongWithTheKeys) {
   expect_of_dealer(new_keys(master.public_key), Why::kNotListed, std::nullopt);
   EXPECT_EQ(gatekeeper_->refused(), 1u);
   expect_of_dealer(new_keys(friendly.public_key), Why::kGone, Why::kKeys);
-  expect_of_dealer(std::nullopt, Why::kMechanism, std::nullopt);
 }
 
 // An address is right or missing, whoever comes after.

@@ -80,6 +80,16 @@ class FakeRun final : public RunControl {
   bool ended = false;
 };
 
+int connection_to(int port) {
+  const int s = ::socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in to{};
+  to.sin_family = AF_INET;
+  to.sin_port = htons(static_cast<std::uint16_t>(port));
+  ::inet_pton(AF_INET, "127.0.0.1", &to.sin_addr);
+  EXPECT_EQ(::connect(s, reinterpret_cast<sockaddr*>(&to), sizeof to), 0);
+  return s;
+}
+
 class ApiTest : public testing::Test {
  protected:
   ApiTest() : store_(std::move(*Store::create(folder_.path(), new_run()))) {
@@ -88,6 +98,8 @@ class ApiTest : public testing::Test {
   }
   void start(ApiOptions options) {
     api_.reset();
+    strangers_ = std::make_shared<Strangers>();
+    options.strangers = strangers_;
     options.listen = "127.0.0.1:0";
     options.run_dir = folder_.path();
     auto api = ApiServer::create(std::move(options), run_);
@@ -100,19 +112,15 @@ class ApiTest : public testing::Test {
     if (!answer) return {0, {}};
     return {answer->status, json::parse(answer->body, nullptr, false)};
   }
-  int raw_socket() const {
-    const int s = ::socket(AF_INET, SOCK_STREAM, 0);
-    sockaddr_in to{};
-    to.sin_family = AF_INET;
-    to.sin_port = htons(static_cast<std::uint16_t>(api_->port()));
-    ::inet_pton(AF_INET, "127.0.0.1", &to.sin_addr);
-    EXPECT_EQ(::connect(s, reinterpret_cast<sockaddr*>(&to), sizeof to), 0);
-    return s;
+  int raw_socket() const { return connection_to(api_->port()); }
+  std::uint64_t refused(Offence offence) const {
+    return strangers_->counts()[static_cast<std::size_t>(offence)];
   }
 
   RunFolder folder_;
   std::unique_ptr<Store> store_;
   FakeRun run_;
+  std::shared_ptr<Strangers> strangers_;
   std::unique_ptr<ApiServer> api_;
 };
 
@@ -238,6 +246,7 @@ TEST_F(ApiTest, UnknownPathsAndPathTricksAreNotFound) {
     EXPECT_EQ(status, 404) << path;
     EXPECT_EQ(body["error"]["code"], "not_found") << path;
   }
+  EXPECT_EQ(refused(Offence::kPath), 4u) << "those that lead out of the folder, and no others";
 }
 
 TEST_F(ApiTest, AWrongMethodIsNamed) {
@@ -260,6 +269,10 @@ TEST_F(ApiTest, ChangesNeedTheTokenWhereThereIsOne) {
       401);
   EXPECT_EQ(client().Put("/api/v1/log-level", R"({"level":"off"})", "application/json")->status, 401);
   EXPECT_EQ(run_.log, "");
+  EXPECT_EQ(refused(Offence::kToken), 4u);
+  EXPECT_NE(client().Get("/metrics")->body.find("evograsp_strangers_refused_total{offence=\"token\"} 4\n"),
+            std::string::npos);
+  EXPECT_EQ(strangers_->note(Offence::kToken, "127.0.0.1", "again"), std::nullopt) << "its address is known";
   EXPECT_EQ(get("/api/v1/run").first, 200) << "reading needs no token";
   const httplib::Headers right{{"Authorization", "Bearer correct horse battery"}};
   EXPECT_EQ(client().Post("/api/v1/stop", right, "", "text/plain")->status, 202);
@@ -288,6 +301,8 @@ TEST_F(ApiTest, APageInALocalBrowserCannotReachTheRun) {
   EXPECT_EQ(client().Get("/api/v1/run", {{"Host", "127.evil.example"}})->status, 403);
   EXPECT_EQ(client().Get("/api/v1/run", {{"Host", "localhost:9000"}})->status, 200) << "a forwarded port";
   EXPECT_EQ(run_.log, "");
+  EXPECT_EQ(refused(Offence::kOrigin), 3u);
+  EXPECT_EQ(strangers_->note(Offence::kOrigin, "127.0.0.1", "again"), std::nullopt) << "its address is known";
 }
 
 TEST_F(ApiTest, AnAddressReachableFromOutsideNeedsATokenOrAWord) {
@@ -353,6 +368,40 @@ TEST_F(ApiTest, DawdlersDoNotKeepOthersWaiting) {
   for (const int s : dawdlers) ::close(s);
 }
 
+// The deadline is the whole request's: a byte now and then does not move it.
+TEST(HttpServerTest, ADrippedRequestIsGivenUpAndItsPeerNamed) {
+  std::mutex mutex;
+  std::string named;
+  HttpLimits limits;
+  limits.request = std::chrono::milliseconds(700);
+  HttpServer server(limits, [&](const std::string& peer) {
+    const std::lock_guard lock(mutex);
+    named = peer;
+  });
+  const int port = server.bind("127.0.0.1", 0);
+  ASSERT_GT(port, 0);
+  std::thread thread([&] { server.listen_after_bind(); });
+  const int dripping = connection_to(port);
+  const std::string request = "GET / HTTP/1.1\r\nX: " + std::string(1000, 'x');
+  const auto start = std::chrono::steady_clock::now();
+  bool ended = false;
+  for (std::size_t i = 0; i < 50 && !ended; ++i) {
+    static_cast<void>(::send(dripping, &request[i], 1, MSG_NOSIGNAL));
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    char byte;
+    const ssize_t got = ::recv(dripping, &byte, 1, MSG_DONTWAIT);
+    ended = got == 0 || (got < 0 && errno != EAGAIN);
+  }
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+  ::close(dripping);
+  server.stop();
+  thread.join();
+  EXPECT_TRUE(ended) << "a byte each 0.1 s keeps a thread for " << took.count() << " s";
+  EXPECT_GT(took.count(), 0.5);
+  EXPECT_LT(took.count(), 3.5);
+  EXPECT_EQ(named, "127.0.0.1");
+}
+
 TEST_F(ApiTest, AnEndlessRequestIsCutOff) {
   const int s = raw_socket();
   // Far more than the socket buffers on both sides hold.
@@ -366,6 +415,7 @@ TEST_F(ApiTest, AnEndlessRequestIsCutOff) {
   }
   EXPECT_LT(sent, 64u << 20) << "a request line of any length was taken";
   ::close(s);
+  EXPECT_EQ(refused(Offence::kRequest), 1u);
   EXPECT_EQ(client().Get("/healthz")->status, 200);
 }
 

@@ -131,11 +131,14 @@ TEST_F(DispatcherFaults, AnOversizedFrameCostsTheConnectionOnly) {
   start(noop_options(4096));
   RawPeer peer(context_, endpoint_);
   ASSERT_TRUE(peer.join("large"));
+  peer.watch();
   peer.send_bytes(std::string(100000, 'x'));
+  EXPECT_TRUE(eventually([&] { return peer.ended(); })) << "the frame was taken";
   WorkerThread worker(&context_, endpoint_, 1);
   give_noop_work(*dispatcher_, 50, 2, 0.0001);
   ASSERT_TRUE(eventually([&] { return sink_.finished_times() == 1; }));
   expect_once(50);
+  EXPECT_EQ(sink_.events("malformed"), 0) << "the frame reached the program";
 }
 
 TEST_F(DispatcherFaults, AResultOfTheWrongSizeCostsTheSession) {

@@ -3,11 +3,13 @@
 
 #include <chrono>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "common/connection_monitor.h"
 #include "common/version.h"
 #include "common/wire.h"
 #include "server/dispatcher.h"
@@ -16,11 +18,23 @@ namespace evograsp::testing {
 
 class RawPeer {
  public:
-  RawPeer(zmq::context_t& context, const std::string& endpoint) {
-    socket_ = std::move(*make_dealer(context, endpoint, {}));
+  RawPeer(zmq::context_t& context, const std::string& endpoint, const SocketOptions& options = {})
+      : context_(context) {
+    socket_ = std::move(*make_dealer(context, endpoint, options));
   }
   void send(const proto::Envelope& envelope) { evograsp::send(socket_, {}, envelope); }
   void send_bytes(const std::string& bytes) { socket_.send(zmq::buffer(bytes), zmq::send_flags::dontwait); }
+  // Waits for room, so that everything really leaves; false when there is none for `seconds`.
+  bool send_waiting(const std::string& bytes, double seconds = 1) {
+    socket_.set(zmq::sockopt::sndtimeo, static_cast<int>(seconds * 1000));
+    return socket_.send(zmq::buffer(bytes)).has_value();
+  }
+  // From now on, whether the master ends the connection.
+  void watch() { monitor_ = std::make_unique<ConnectionMonitor>(context_, socket_); }
+  bool ended() {
+    closed_ += monitor_->drain().closed.size();
+    return closed_ > 0;
+  }
   proto::Envelope hello(const std::string& identity, std::uint32_t pid = 1) const {
     proto::Envelope envelope = make_envelope({});
     envelope.mutable_hello()->set_build(kVersion);
@@ -65,7 +79,10 @@ class RawPeer {
   const SessionStamp& stamp() const { return stamp_; }
 
  private:
+  zmq::context_t& context_;
   zmq::socket_t socket_;
+  std::unique_ptr<ConnectionMonitor> monitor_;
+  std::size_t closed_ = 0;
   SessionStamp stamp_;
 };
 
@@ -114,6 +131,10 @@ class CountingSink : public server::WorkSink {
   int events(const std::string& kind) const {
     return locked([&] { return events_.count(kind) ? events_.at(kind) : 0; });
   }
+  // The last of its kind.
+  std::string event_text(const std::string& kind) const {
+    return locked([&] { return last_.count(kind) ? last_.at(kind) : std::string(); });
+  }
   std::map<std::uint32_t, int> evaluations() const {
     return locked([&] { return evaluated_; });
   }
@@ -153,7 +174,7 @@ inline server::DispatcherOptions noop_options(std::size_t max_frame_bytes = 1 <<
   return options;
 }
 
-// `networks` x `trials` of no-op work.
+// `networks` x `trials` of no-op work, each network of which takes a slot so long.
 inline void give_noop_work(server::Dispatcher& dispatcher, std::uint32_t networks, std::uint32_t trials,
                            double seconds, std::size_t bytes = 1000) {
   server::Work work;

@@ -1,17 +1,21 @@
-// Strangers at the door of a master that works: refused, named in few lines, bounded in memory, and the work
+// Strangers at the doors of a master that works: refused, named in few lines, bounded in memory, and the work
 // goes on. Rates before and meanwhile are printed.
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 #include <sys/socket.h>
 
+#include <algorithm>
+#include <atomic>
+#include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include "common/random.h"
 #include "common/zap.h"
+#include "server/api.h"
 #include "server/dispatcher.h"
+#include "tests/server/cluster.h"
 #include "tests/server/raw_connection.h"
 #include "tests/server/raw_peer.h"
-#include "tests/server/real_run.h"
 
 namespace evograsp {
 namespace {
@@ -19,13 +23,14 @@ namespace {
 using testing::CountingSink;
 using testing::eventually;
 using testing::give_noop_work;
-using testing::Process;
 using testing::raw_connection;
 using testing::RawPeer;
-using testing::RealRun;
 using testing::TempDir;
 using testing::WorkerThread;
 using Clock = std::chrono::steady_clock;
+
+constexpr double kNetworkSeconds = 0.0002;  // of a slot
+constexpr double kLeastShare = 0.25;        // of the rate before
 
 // Resident memory of this process, bytes.
 std::size_t resident() {
@@ -35,57 +40,94 @@ std::size_t resident() {
   return pages * 4096;
 }
 
+std::size_t descriptors() {
+  const std::filesystem::directory_iterator all("/proc/self/fd");
+  return static_cast<std::size_t>(std::distance(begin(all), end(all)));
+}
+
+// What an HTTP server wants to know of its run: nothing goes on.
+class IdleRun final : public server::RunControl {
+ public:
+  std::shared_ptr<const server::RunSnapshot> snapshot() const override { return snapshot_; }
+  Status pause() override { return {}; }
+  Status resume() override { return {}; }
+  Result<std::uint32_t> drain(const std::string&, bool) override { return 0; }
+  Status stop() override { return {}; }
+  Status checkpoint() override { return {}; }
+  std::string log_level() const override { return "info"; }
+  Status set_log_level(const std::string&) override { return {}; }
+
+ private:
+  const std::shared_ptr<const server::RunSnapshot> snapshot_ = std::make_shared<server::RunSnapshot>();
+};
+
 class Strangers : public ::testing::Test {
  protected:
   void SetUp() override {
-    gatekeeper_ = std::move(*Gatekeeper::create(context_, std::nullopt));
+    gatekeeper_ = std::move(*Gatekeeper::create(context_, std::nullopt, strangers_));
     server::DispatcherOptions options = testing::noop_options();
     options.socket.gatekept = true;
     options.silence_seconds = 3;
+    options.strangers = strangers_;
     dispatcher_ = std::move(*server::Dispatcher::create(context_, std::move(options), sink_));
     endpoint_ = dispatcher_->endpoints()[0];
     worker_ = std::make_unique<WorkerThread>(&context_, endpoint_, 2);
     keep_busy();
-    ASSERT_TRUE(eventually([&] { return dispatcher_->view().tasks_done > 100; }));
+    ASSERT_TRUE(eventually([&] { return dispatcher_->view().evaluations > 1000; }));
   }
   // There is always work, however fast the machine.
   void keep_busy() {
     if (sink_.finished_times() < given_) return;
-    give_noop_work(*dispatcher_, 50000, 1, 0.0005, 2000);
+    give_noop_work(*dispatcher_, 20000, 1, kNetworkSeconds, 2000);
     ++given_;
   }
-  double rate() {
-    const auto from = dispatcher_->view().evaluations;
-    const auto start = Clock::now();
-    while (Clock::now() - start < std::chrono::milliseconds(700)) {
-      keep_busy();
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  // Evaluations a second, of the best of several windows: the machine has other things to do as well.
+  double rate(int windows = 4) {
+    double best = 0;
+    for (int i = 0; i < windows; ++i) {
+      const auto from = dispatcher_->view().evaluations;
+      const auto start = Clock::now();
+      while (Clock::now() - start < std::chrono::milliseconds(400)) {
+        keep_busy();
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      }
+      best = std::max(best, static_cast<double>(dispatcher_->view().evaluations - from) /
+                                std::chrono::duration<double>(Clock::now() - start).count());
     }
-    return static_cast<double>(dispatcher_->view().evaluations - from) /
-           std::chrono::duration<double>(Clock::now() - start).count();
+    return best;
   }
   // `nuisance` is called over and over on a thread of its own; the work must go on and memory stay bounded.
-  void expect_unimpressed(const char* what, const std::function<void()>& nuisance) {
+  void expect_unimpressed(const char* what, const std::function<void()>& nuisance, int windows = 4) {
     const double before = rate();
     const std::size_t memory = resident();
     std::atomic<bool> stop{false};
     std::thread thread([&] {
       while (!stop) nuisance();
     });
-    const double meanwhile = rate();
+    const double meanwhile = rate(windows);
+    const double grown = (static_cast<double>(resident()) - static_cast<double>(memory)) / 1e6;
     stop = true;
     thread.join();
-    const double grown = (static_cast<double>(resident()) - static_cast<double>(memory)) / 1e6;
     std::printf("%s: %.0f evaluations a second before, %.0f meanwhile; %.0f MB more memory\n", what, before,
                 meanwhile, grown);
-    EXPECT_GT(meanwhile, 0) << "the master does not work any more";
+    EXPECT_GT(meanwhile, kLeastShare * before) << what << " slows the work down";
     EXPECT_LT(grown, 200);
     EXPECT_EQ(sink_.events("worker_lost"), 0) << what << " cost a worker its session";
-    EXPECT_LT(sink_.events("malformed"), 100) << what << " fills the log";
+    EXPECT_LT(sink_.events("malformed") + sink_.events("refused"), 10) << what << " fills the log";
+  }
+  std::uint64_t refused(Offence offence) const {
+    return strangers_->counts()[static_cast<std::size_t>(offence)];
+  }
+  // Every one of them counts, and the first of an address has a line.
+  void expect_counted(Offence offence, std::uint64_t number) {
+    EXPECT_TRUE(eventually([&] { return refused(offence) >= number; }))
+        << refused(offence) << " counted of " << number;
+    EXPECT_GE(sink_.events("refused"), 1);
   }
 
   zmq::context_t context_{1};
   CountingSink sink_;
+  const std::shared_ptr<evograsp::Strangers> strangers_ = std::make_shared<evograsp::Strangers>();
   std::unique_ptr<Gatekeeper> gatekeeper_;
   std::unique_ptr<server::Dispatcher> dispatcher_;
   std::unique_ptr<WorkerThread> worker_;
@@ -95,17 +137,21 @@ class Strangers : public ::testing::Test {
 
 TEST_F(Strangers, APortScannersBytes) {
   Random random(1, Purpose::kTestHarness);
+  std::uint64_t knocks = 0;
   expect_unimpressed("a port scanner", [&] {
     const int fd = raw_connection(endpoint_);
     std::string bytes = "GET / HTTP/1.1\r\n\r\n" + std::string(random.below(4000), '\0');
     for (std::size_t i = 18; i < bytes.size(); ++i) bytes[i] = static_cast<char>(random.next());
     static_cast<void>(::send(fd, bytes.data(), bytes.size(), MSG_NOSIGNAL));
     close(fd);
+    ++knocks;
   });
+  expect_counted(Offence::kHandshake, knocks);
 }
 
 // Pre-3.0 ZMTP begins with a length: an HTTP request is a valid beginning. Many at once, ended at once.
 TEST_F(Strangers, HttpOnTheWorkerPort) {
+  std::uint64_t knocks = 0;
   expect_unimpressed("HTTP requests to the worker port", [&] {
     int fds[20];
     for (int& fd : fds) {
@@ -115,83 +161,108 @@ TEST_F(Strangers, HttpOnTheWorkerPort) {
       static_cast<void>(::send(fd, bytes.data(), bytes.size(), MSG_NOSIGNAL));
     }
     for (const int fd : fds) close(fd);
+    knocks += 20;
   });
+  expect_counted(Offence::kHandshake, knocks);
+}
+
+// Slow or fast, and none of it of any use.
+TEST_F(Strangers, AtTheHttpPort) {
+  IdleRun run;
+  TempDir dir;
+  server::ApiOptions options;
+  options.listen = "127.0.0.1:0";
+  options.token = "correct horse battery";
+  options.run_dir = dir.path();
+  options.strangers = strangers_;
+  const auto api = std::move(*server::ApiServer::create(options, run));
+  const std::string endpoint = "tcp://127.0.0.1:" + std::to_string(api->port());
+  std::vector<int> dripping;
+  for (int i = 0; i < 64; ++i) dripping.push_back(raw_connection(endpoint));
+  const std::string requests[] = {"GET /../../etc/passwd HTTP/1.1\r\n\r\n",
+                                  "POST /api/v1/stop HTTP/1.1\r\nContent-Length: 0\r\n\r\n",
+                                  "GET /api/v1/run HTTP/1.1\r\n\r\n", std::string(40000, 'x')};
+  std::size_t number = 0;
+  expect_unimpressed("strangers at the HTTP port", [&] {
+    for (const int fd : dripping) static_cast<void>(::send(fd, "G", 1, MSG_NOSIGNAL | MSG_DONTWAIT));
+    const int fd = raw_connection(endpoint);
+    const std::string& request = requests[number++ % std::size(requests)];
+    static_cast<void>(::send(fd, request.data(), request.size(), MSG_NOSIGNAL));
+    close(fd);
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  });
+  for (const int fd : dripping) close(fd);
+  for (const Offence offence : {Offence::kPath, Offence::kToken, Offence::kRequest})
+    EXPECT_TRUE(eventually([&] { return refused(offence) > 0; })) << to_string(offence);
 }
 
 TEST_F(Strangers, AMillionTinyFrames) {
+  constexpr std::uint64_t kFrames = 1000000;
   RawPeer peer(context_, endpoint_);
-  int sent = 0;
+  std::uint64_t sent = 0;
   const auto thousand = [&] {
-    for (int i = 0; i < 1000; ++i) peer.send_bytes("x");
-    sent += 1000;
+    for (int i = 0; i < 1000; ++i) sent += peer.send_waiting("x") ? 1 : 0;
   };
   expect_unimpressed("tiny frames", thousand);
-  while (sent < 1000000) thousand();
-  EXPECT_GT(rate(), 0);
+  while (sent < kFrames && !HasFailure()) thousand();
+  EXPECT_TRUE(eventually([&] { return dispatcher_->view().malformed == sent; }))
+      << dispatcher_->view().malformed << " arrived of " << sent;
+  EXPECT_EQ(refused(Offence::kFrame), sent);
+  EXPECT_EQ(sink_.events("malformed"), 1) << "one line, and sums later";
 }
 
 TEST_F(Strangers, OversizedFrames) {
+  int sent = 0, ended = 0;
   expect_unimpressed("frames of 8 MB where 1 MB is allowed", [&] {
     RawPeer peer(context_, endpoint_);
+    peer.watch();
     peer.send_bytes(std::string(8 << 20, 'x'));
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    ++sent;
+    ended += eventually([&] { return peer.ended(); }, 5) ? 1 : 0;
   });
+  EXPECT_EQ(ended, sent) << "connections that outlived such a frame";
+  EXPECT_EQ(dispatcher_->view().malformed, 0U) << "such frames reached the program";
 }
 
 TEST_F(Strangers, HalfOpenConnections) {
+  constexpr std::size_t kHeld = 300;
   std::vector<int> held;
+  const std::size_t before = descriptors();
   expect_unimpressed("half-open connections", [&] {
-    if (held.size() < 300) held.push_back(raw_connection(endpoint_));
+    if (held.size() < kHeld) held.push_back(raw_connection(endpoint_));
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   });
+  while (held.size() < kHeld) held.push_back(raw_connection(endpoint_));
+  const auto start = Clock::now();
+  std::size_t ended = 0;
+  for (const int fd : held) {
+    const timeval patience{7, 0};
+    setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    char bytes[256];
+    ssize_t got = 1;
+    while (got > 0) got = recv(fd, bytes, sizeof bytes, 0);  // the master's greeting
+    ended += got == 0 || errno == ECONNRESET ? 1 : 0;
+  }
+  EXPECT_EQ(ended, kHeld) << "half-open connections are held for ever";
+  EXPECT_LT(Clock::now() - start, std::chrono::seconds(7)) << "the handshake has five seconds";
   for (const int fd : held) close(fd);
+  EXPECT_TRUE(eventually([&] { return descriptors() <= before; })) << descriptors() << " of " << before;
+  expect_counted(Offence::kHandshake, kHeld);
 }
 
 TEST_F(Strangers, HellosWithoutEnd) {
-  int number = 0;
+  std::uint64_t number = 0, answered = 0;
   expect_unimpressed("a hello from somebody else a millisecond", [&] {
     RawPeer peer(context_, endpoint_);
     proto::Envelope hello = peer.hello("somebody-" + std::to_string(number++));
     hello.mutable_hello()->set_build("9.9");
     peer.send(hello);
-    peer.next(0.05);
+    answered += peer.next(0.05) ? 1 : 0;
   });
-}
-
-// With keys: who is not on the list gets no word in.
-class Locked : public RealRun {
- protected:
-  Locked() {
-    generate_keys(log("master.key"), "").value();
-    const auto keys = load_keys(log("master.key"));
-    const auto friendly = generate_keys(log("friend.key"), keys->public_key);
-    generate_keys(log("enemy.key"), keys->public_key).value();
-    std::ofstream(log("allowed")) << friendly->public_key << " friend\n";
-    settings_ = {"net.curve_secret_key_file=" + log("master.key").string(),
-                 "net.curve_allow_file=" + log("allowed").string()};
-  }
-  std::unique_ptr<Process> with_key(const std::string& name, const std::string& key) {
-    std::vector<std::string> arguments = worker_arguments(name, 1);
-    if (!key.empty()) arguments.insert(arguments.end(), {"--curve-key-file", log(key).string()});
-    return std::make_unique<Process>("evograsp-worker", arguments, log(name));
-  }
-  std::vector<std::string> settings_;
-};
-
-TEST_F(Locked, OnlyTheKeyOnTheListOpens) {
-  Process server("evograsp-server", server_arguments(settings_), log("server"));
-  const auto enemy = with_key("enemy", "enemy.key"), nobody = with_key("nobody", "");
-  std::this_thread::sleep_for(std::chrono::seconds(2));
-  EXPECT_EQ(enemy->log().find("welcome"), std::string::npos);
-  EXPECT_EQ(nobody->log().find("welcome"), std::string::npos);
-  EXPECT_NE(server.log().find("is not on the allow-list"), std::string::npos) << server.log();
-  std::size_t lines = 0;
-  const std::string text = server.log();
-  for (std::size_t at = 0; (at = text.find("allow-list", at)) != std::string::npos; ++at) ++lines;
-  EXPECT_LE(lines, 10U) << "a stranger fills the log";
-  const auto welcome = with_key("friend", "friend.key");
-  EXPECT_EQ(server.finish(), 0) << server.log();
-  EXPECT_EQ(sha256_hex(champion()), sha256_hex(undisturbed()));
+  EXPECT_GT(answered, 0U);
+  EXPECT_GE(refused(Offence::kHello), answered);
+  EXPECT_NE(sink_.event_text("refused").find("127.0.0.1: worker somebody-"), std::string::npos)
+      << sink_.event_text("refused");
 }
 
 }  // namespace
