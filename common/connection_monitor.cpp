@@ -1,5 +1,9 @@
 #include "common/connection_monitor.h"
 
+#include <linux/tcp.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+
 #include <algorithm>
 #include <atomic>
 #include <cstring>
@@ -95,6 +99,7 @@ void ConnectionMonitor::handle(std::uint16_t kind, std::int32_t value, News& new
     case ZMQ_EVENT_ACCEPTED:
       bound_ = true;
       callers_[value] = {};
+      read_[value] = 0;
       unasked_.push_back(value);
       return;
     case ZMQ_EVENT_HANDSHAKE_SUCCEEDED:
@@ -133,8 +138,30 @@ void ConnectionMonitor::spoke(int descriptor) {
   if (through_ > 0) --through_;
 }
 
+void ConnectionMonitor::read(int descriptor, std::size_t bytes) {
+  const auto connection = read_.find(descriptor);
+  if (connection != read_.end()) connection->second += bytes;
+}
+
+// A descriptor that libzmq has closed since the last drain() may be somebody else's by now: with bad luck, a
+// peer too many must connect anew.
+std::vector<std::string> ConnectionMonitor::end_floods(std::uint64_t most) {
+  std::vector<std::string> ended;
+  for (auto& [descriptor, bytes] : read_) {
+    tcp_info info{};
+    socklen_t size = sizeof info;
+    if (getsockopt(descriptor, IPPROTO_TCP, TCP_INFO, &info, &size) != 0) continue;
+    if (info.tcpi_bytes_received < bytes + most) continue;
+    ended.push_back(peer_address(descriptor));
+    shutdown(descriptor, SHUT_RDWR);
+    bytes = info.tcpi_bytes_received;  // once
+  }
+  return ended;
+}
+
 void ConnectionMonitor::ended(int descriptor, News& news) {
   news.closed.push_back(descriptor);
+  read_.erase(descriptor);
   const auto caller = callers_.find(descriptor);
   const bool known = caller != callers_.end();
   std::string address = known && caller->second.sure ? caller->second.address : std::string();

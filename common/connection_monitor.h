@@ -36,6 +36,9 @@ const char* to_string(FailedHandshake::Why why);
 // address (asked of the kernel when the connection is announced, and believed only when the connection had
 // not ended by then), and nothing at all of peers whose first bytes are no ZMTP 3: those are the ones that
 // end while fewer handshakes have succeeded than would account for them.
+//
+// It also ends the connections of peers that send faster than they are read, or a message that never ends:
+// libzmq's own bounds (messages, not frames; and see SocketOptions) do not.
 class ConnectionMonitor {
  public:
   // Throws zmq::error_t.
@@ -50,6 +53,12 @@ class ConnectionMonitor {
     std::vector<FailedHandshake> failed;  // of these
   };
   News drain();  // since the last call
+  // So many bytes that came by this connection have been read by the program.
+  void read(int descriptor, std::size_t bytes);
+  // Ends the connections that have brought more than `most` bytes which the program has not read; whose they
+  // were. Costs about a microsecond a connection.
+  std::vector<std::string> end_floods(std::uint64_t most);
+  std::size_t connections() const { return read_.size(); }
   // A message came by this connection: its handshake is over. Not before drain(), which may tell of its
   // beginning.
   void spoke(int descriptor);
@@ -69,10 +78,11 @@ class ConnectionMonitor {
   zmq::socket_t& watched_;
   zmq::socket_t events_;
   bool bound_ = false;
-  std::unordered_map<int, Caller> callers_;  // by descriptor
-  std::vector<int> unasked_, unsure_;        // of these
-  std::size_t through_ = 0;                  // of these, which ones is not known
-  bool has_failed_ = false;                  // the connection whose end comes next
+  std::unordered_map<int, std::uint64_t> read_;  // bytes, of each connection that is open
+  std::unordered_map<int, Caller> callers_;      // by descriptor
+  std::vector<int> unasked_, unsure_;            // of these
+  std::size_t through_ = 0;                      // of these, which ones is not known
+  bool has_failed_ = false;                      // the connection whose end comes next
   FailedHandshake::Why why_{};
 };
 

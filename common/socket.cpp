@@ -21,12 +21,6 @@ void apply(zmq::socket_t& socket, const SocketOptions& options) {
   socket.set(zmq::sockopt::maxmsgsize, options.max_frame_bytes);
   socket.set(zmq::sockopt::sndhwm, options.high_water);
   socket.set(zmq::sockopt::rcvhwm, options.high_water);
-  if (options.heartbeat_seconds > 0) {
-    socket.set(zmq::sockopt::heartbeat_ivl, milliseconds(options.heartbeat_seconds));
-    socket.set(zmq::sockopt::heartbeat_timeout, milliseconds(options.silence_seconds));
-    socket.set(zmq::sockopt::heartbeat_ttl,
-               milliseconds(options.heartbeat_seconds + options.silence_seconds));
-  }
   const int third = std::max(1, static_cast<int>(options.silence_seconds / 3));
   socket.set(zmq::sockopt::tcp_keepalive, 1);
   socket.set(zmq::sockopt::tcp_keepalive_idle, third);
@@ -35,12 +29,6 @@ void apply(zmq::socket_t& socket, const SocketOptions& options) {
   socket.set(zmq::sockopt::tcp_maxrt, milliseconds(options.silence_seconds));
   // A peer that connects and says nothing holds a descriptor this long and no longer.
   socket.set(zmq::sockopt::handshake_ivl, 5000);
-}
-
-// That may wait to be read: as many of the largest as queue_bytes hold.
-int waiting_messages(const SocketOptions& options) {
-  const std::int64_t most = options.queue_bytes / std::max<std::int64_t>(1, options.max_frame_bytes);
-  return static_cast<int>(std::clamp<std::int64_t>(most, 2, options.high_water));
 }
 
 void apply_keys(zmq::socket_t& socket, const CurveKeys& keys) {
@@ -77,16 +65,14 @@ Result<zmq::socket_t> make_server(zmq::context_t& context, zmq::socket_type type
   try {
     zmq::socket_t socket(context, type);
     apply(socket, options);
+    socket.set(zmq::sockopt::rcvhwm, 0);
     socket.set(zmq::sockopt::backlog, 4096);
     if (options.curve) {
       apply_keys(socket, *options.curve);
       socket.set(zmq::sockopt::curve_server, true);
     }
     if (options.curve || options.gatekept) socket.set(zmq::sockopt::zap_domain, "evograsp");
-    if (type == zmq::socket_type::router) {
-      socket.set(zmq::sockopt::router_mandatory, true);
-      socket.set(zmq::sockopt::rcvhwm, waiting_messages(options));
-    }
+    if (type == zmq::socket_type::router) socket.set(zmq::sockopt::router_mandatory, true);
     return socket;
   } catch (const zmq::error_t& error) {
     return socket_error("listening", "make a socket", error);

@@ -1,7 +1,7 @@
 // ZeroMQ sockets with the options that a master and its workers depend on, in one place.
 //
-// Every socket made here has LINGER 0 (shutdown never waits for a peer), a bounded frame size, ZMTP
-// heartbeats, and bounded queues. A socket belongs to one thread.
+// Every socket made here has LINGER 0 (shutdown never waits for a peer), a bounded frame size and bounded
+// queues. A socket belongs to one thread.
 #pragma once
 
 #include <cstdint>
@@ -23,18 +23,17 @@ struct CurveKeys {
 
 struct SocketOptions {
   std::int64_t max_frame_bytes = 64 << 20;  // a peer that sends a larger frame is disconnected
-  // ZMTP ping interval; 0: none. For peers whose kernel lives and who themselves do not. Long: libzmq looks
-  // through all its timers for each ping, of thousands of connections.
-  double heartbeat_seconds = 10;
-  // The transport is given up after this long without an answer to a ping, to the kernel's own (TCP
-  // keep-alive) or to data. Masters and workers notice silence sooner, by heartbeats of their own; this one
-  // is for what they do not watch. Not short: an I/O thread that gets no processor looks at its timers before
-  // it looks at what has arrived.
+  // The transport is given up after this long without an answer to the kernel's probes (TCP keep-alive) or to
+  // data. Masters and workers notice silence sooner, by heartbeats of their own; this one is for what they do
+  // not watch. Not short: an I/O thread that gets no processor looks at its timers before it looks at what
+  // has arrived.
+  //
+  // There are no ZMTP heartbeats, for the same reason as high_water's.
   double silence_seconds = 6;
-  int high_water = 1000;  // messages queued a peer, each way
-  // ROUTERs: of one peer's messages, no more bytes than this wait here to be read; what else it sends stays
-  // on its side. Holds for messages of one frame, as workers send them: libzmq counts messages, not frames.
-  std::int64_t queue_bytes = 128 << 20;
+  // Messages queued for each peer. What servers receive is not bounded here, but by whoever reads it
+  // (ConnectionMonitor::end_floods): libzmq 4.3.4 ends the process when the connection of a peer whose queue
+  // is full breaks and a ZMTP heartbeat, of either side, comes next (stream_engine_base.cpp, "!_io_error").
+  int high_water = 1000;
   std::optional<CurveKeys> curve;  // absent: plain text
   // Servers: each handshake is put to the context's Gatekeeper (common/zap.h), which must be there. Beside
   // who comes in, this decides in which language: libzmq 4.3 then refuses ZMTP 1 and 2, whose first message,

@@ -17,7 +17,7 @@ double steady_seconds() {
 }  // namespace
 
 const char* to_string(Offence offence) {
-  constexpr const char* kWords[kOffences] = {"handshake", "key",    "frame", "hello",
+  constexpr const char* kWords[kOffences] = {"handshake", "key",    "frame", "flood",  "hello",
                                              "token",     "origin", "path",  "request"};
   return kWords[static_cast<std::size_t>(offence)];
 }

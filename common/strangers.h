@@ -25,13 +25,14 @@ enum class Offence {
   kHandshake,  // no ZMTP 3, or a connection that is given up before its handshake is over
   kKey,        // a key that is not on the list
   kFrame,      // a message that a peer must not send
+  kFlood,      // sends faster than it is read, or a message without end
   kHello,      // another build, experiment or identity
   kToken,      // HTTP: no bearer token, or a wrong one
   kOrigin,     // HTTP: a foreign page in a local browser
   kPath,       // HTTP: a path that tries to leave the folder
   kRequest,    // HTTP: no request that can be understood, too large, or never finished
 };
-inline constexpr std::size_t kOffences = 8;
+inline constexpr std::size_t kOffences = 9;
 const char* to_string(Offence offence);  // "handshake": a label of /metrics
 
 class Strangers {

@@ -52,6 +52,11 @@ proto::Envelope make_envelope(const SessionStamp& stamp) {
   return envelope;
 }
 
+std::size_t wire_size(std::size_t frame, bool encrypted) {
+  if (encrypted) frame += 33;  // name, nonce, authenticator, flags
+  return frame + (frame < 256 ? 2 : 9);
+}
+
 SendResult send(zmq::socket_t& socket, const std::string& peer, zmq::message_t frame) {
   try {
     // Only the routing id can be refused: once it is taken, ZeroMQ takes the whole message.

@@ -61,6 +61,10 @@ struct Received {
   std::string address;  // of a ROUTER's peer, without port, when its message is a hello or unacceptable
 };
 
+// Bytes that a frame of this size takes on the wire (ZMTP 3: RFC 23; with CURVE in a MESSAGE command: RFC
+// 26).
+std::size_t wire_size(std::size_t frame, bool encrypted);
+
 // False when nothing is waiting.
 bool receive(zmq::socket_t& socket, bool from_router, google::protobuf::Arena& arena, Received& received);
 

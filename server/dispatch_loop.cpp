@@ -18,8 +18,12 @@ constexpr double kPatienceSeconds = 2;   // without workers, before it is worth 
 constexpr double kPingEvery = 4;         // heartbeats, of a worker that is sent other things
 constexpr std::size_t kManyWorkers = 256;
 constexpr double kManyWorkersPump = 0.1;  // s
-constexpr double kSumsEvery = 1;          // s
-constexpr double kSmallestTask = 2.5e-4;  // s: the scheduler gives out no less
+constexpr double kFloodLook = 0.04;       // s
+constexpr double kFloodLookEach = 2e-5;   // s; of this thread's time, a twentieth at most
+constexpr std::uint64_t kMostUnread = std::uint64_t{8}
+                                      << 20;  // bytes; as empty frames, 30 times as much memory
+constexpr double kSumsEvery = 1;              // s
+constexpr double kSmallestTask = 2.5e-4;      // s: the scheduler gives out no less
 
 double unix_time() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
@@ -346,6 +350,7 @@ void DispatchLoop::tick() {
     forget_idle_clients();
   }
   sum_up_complaints();
+  end_floods();
   send_heartbeats();
   expire_tasks();
   say_when_waiting();
@@ -373,6 +378,18 @@ void DispatchLoop::sum_up_complaints() {
   for (const std::string& line : options_.strangers->sums()) sink_.event(true, "refused", line);
 }
 
+// Of one peer's bytes, so many wait here to be read; a frame of the largest size is one of them.
+void DispatchLoop::end_floods() {
+  if (now() < next_flood_look_) return;
+  next_flood_look_ =
+      now() + std::max(kFloodLook, kFloodLookEach * static_cast<double>(monitor_.connections()));
+  const auto most =
+      std::max<std::uint64_t>(kMostUnread, 2 * static_cast<std::uint64_t>(options_.socket.max_frame_bytes));
+  for (const std::string& address : monitor_.end_floods(most))
+    complain(Offence::kFlood, "refused", address,
+             "at the worker port: sends faster than it is read, or a message without end");
+}
+
 void DispatchLoop::say_when_waiting() {
   const bool alone = working_ && by_id_.empty();
   if (!alone) {
@@ -392,6 +409,7 @@ bool DispatchLoop::receive_some() {
     heard_all_ = !receive(router_, true, arena_, message);
     if (heard_all_) return false;
     totals_.bytes_received += message.size;
+    monitor_.read(message.fd, wire_size(message.size, options_.socket.curve.has_value()));
     handle(message);
     if (arena_.SpaceUsed() > (1 << 20)) arena_.Reset();
   }

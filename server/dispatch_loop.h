@@ -49,7 +49,7 @@ struct Client {
 
 class DispatchLoop {
  public:
-  // Throws zmq::error_t when the monitor cannot be set up.
+  // router: not bound yet. Throws zmq::error_t when the monitor cannot be set up.
   DispatchLoop(zmq::context_t& context, zmq::socket_t router, DispatcherOptions options, WorkSink& sink);
 
   zmq::socket_t& router() { return router_; }
@@ -114,6 +114,7 @@ class DispatchLoop {
   void turn_away(const std::string& address, const std::string& text);
   void complain(Offence offence, const char* kind, const std::string& address, const std::string& text);
   void sum_up_complaints();
+  void end_floods();
   void end_session(Session& session, Departure departure, const std::string& why);
   Departure how_it_went(const Session& session) const;
   void send_heartbeats();
@@ -170,8 +171,11 @@ class DispatchLoop {
   double busy_before_ = 0;  // busy_seconds when this work began
   bool paused_ = false;
   double next_look_ = 0;  // for silent workers
+  std::string scolded_;   // the stranger that was answered last
+  double scold_again_ = 0;
   double next_pump_ = 0;
   double next_sums_ = 0;
+  double next_flood_look_ = 0;
   double last_tick_ = 0;
   bool heard_all_ = true;    // nothing was waiting when last looked
   double alone_since_ = -1;  // s; work, but nobody to do it

@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::uint32_t kMaxSlots = 4096;
 constexpr std::size_t kMaxName = 200;
+constexpr double kScoldEvery = 0.1;  // s, for the same stranger
 
 double unix_time() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
@@ -186,6 +187,9 @@ void DispatchLoop::misbehaved(const Received& message, const std::string& fault)
   monitor_.spoke(message.fd);
   ++totals_.malformed;
   complain(Offence::kFrame, "malformed", message.address, "a stranger sent " + fault);
+  if (message.peer == scolded_ && now() < scold_again_) return;  // who floods is not answered each time
+  scolded_ = message.peer;
+  scold_again_ = now() + kScoldEvery;
   refuse(message.peer, "refused: " + fault, false);
 }
 

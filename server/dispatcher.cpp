@@ -15,12 +15,8 @@ namespace {
 
 class DispatcherThread : public Dispatcher {
  public:
-  DispatcherThread(zmq::context_t& context, zmq::socket_t router, std::vector<std::string> endpoints,
-                   DispatcherOptions options, WorkSink& sink)
-      : endpoints_(std::move(endpoints)),
-        sink_(sink),
-        loop_(context, std::move(router), std::move(options), sink),
-        thread_([this] { run(); }) {}
+  DispatcherThread(std::unique_ptr<DispatchLoop> loop, std::vector<std::string> endpoints, WorkSink& sink)
+      : endpoints_(std::move(endpoints)), sink_(sink), owned_(std::move(loop)), thread_([this] { run(); }) {}
 
   ~DispatcherThread() override {
     post({});
@@ -127,7 +123,8 @@ class DispatcherThread : public Dispatcher {
   DispatchView view_ GUARDED_BY(mutex_);
 
   // The thread's own.
-  DispatchLoop loop_;
+  const std::unique_ptr<DispatchLoop> owned_;
+  DispatchLoop& loop_ = *owned_;
   std::chrono::steady_clock::time_point next_tick_, next_view_;
   std::thread thread_;
 };
@@ -138,15 +135,16 @@ Result<std::unique_ptr<Dispatcher>> Dispatcher::create(zmq::context_t& context, 
                                                        WorkSink& sink) {
   auto router = make_router(context, options.socket);
   if (!router) return tl::unexpected(router.error());
-  std::vector<std::string> bound;
-  for (const std::string& endpoint : options.endpoints) {
-    auto real = bind(*router, endpoint);
-    if (!real) return tl::unexpected(real.error());
-    bound.push_back(std::move(*real));
-  }
   try {
-    return std::make_unique<DispatcherThread>(context, std::move(*router), std::move(bound),
-                                              std::move(options), sink);
+    const std::vector<std::string> endpoints = options.endpoints;
+    auto loop = std::make_unique<DispatchLoop>(context, std::move(*router), std::move(options), sink);
+    std::vector<std::string> bound;
+    for (const std::string& endpoint : endpoints) {
+      auto real = bind(loop->router(), endpoint);
+      if (!real) return tl::unexpected(real.error());
+      bound.push_back(std::move(*real));
+    }
+    return std::make_unique<DispatcherThread>(std::move(loop), std::move(bound), sink);
   } catch (const std::exception& error) {
     return fail(ErrorCode::kInternal, std::string("dispatcher: ") + error.what());
   }

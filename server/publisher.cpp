@@ -7,7 +7,11 @@ namespace evograsp::server {
 namespace {
 
 constexpr int kMostWaiting = 8;  // champions, for each robot that does not read: it wants the newest anyhow
-constexpr std::int64_t kLargestSubscription = 1024;  // bytes; the handshake's frames are smaller, too
+// bytes. libzmq keeps what is subscribed to in a tree with a branch a byte and takes that down by recursion:
+// a topic of some hundred thousand ends the process. The handshake's frames are smaller, too.
+constexpr std::int64_t kLargestSubscription = 1024;
+// bytes that a robot may send: subscriptions are kept as long as it stays. Heartbeats of a week.
+constexpr std::uint64_t kMostSaid = std::uint64_t{2} << 20;
 
 }  // namespace
 
@@ -42,6 +46,8 @@ void Publisher::publish(const ResumePoint& run, const RunPosition& position) {
 
 void Publisher::look_at_door() {
   if (!monitor_) return;
+  for (const std::string& address : monitor_->end_floods(kMostSaid))
+    strangers_->tell(Offence::kFlood, address, "at the champion port: subscribes to too much");
   for (const FailedHandshake& failed : monitor_->drain().failed)
     strangers_->tell(Offence::kHandshake, failed.address,
                      std::string("at the champion port: ") + to_string(failed.why));

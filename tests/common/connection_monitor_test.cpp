@@ -17,6 +17,7 @@ namespace evograsp {
 namespace {
 
 using testing::raw_connection;
+using testing::zmtp_connection;
 using Why = FailedHandshake::Why;
 
 // A worker that loses its master watches a new socket at once, often at the address of the old one.
@@ -183,6 +184,67 @@ TEST_F(Door, CallersWhoAreGoneAtOnceAreCounted) {
     }
   }
   EXPECT_EQ(failed, kCallers);
+}
+
+// Waiting for the program, or for the end of a message that has none.
+TEST_F(Door, EndsFloods) {
+  open(std::nullopt);
+  const std::string mebibyte(1 << 20, 'x');
+  const auto brought = [&](bool endless) {
+    const int fd = zmtp_connection(endpoint_, "DEALER");
+    const std::string head = std::string(1, endless ? '\3' : '\2') + std::string("\0\0\0\0\0\x10\0\0", 8);
+    int sent = 0;
+    for (; sent < 500; ++sent) {
+      if (::send(fd, head.data(), head.size(), MSG_NOSIGNAL) < 0) break;
+      if (::send(fd, mebibyte.data(), mebibyte.size(), MSG_NOSIGNAL) < 0) break;
+      monitor_->drain();
+      for (const std::string& address : monitor_->end_floods(8 << 20)) EXPECT_EQ(address, "127.0.0.1");
+    }
+    close(fd);
+    return sent;
+  };
+  for (const bool endless : {false, true}) {
+    const int sent = brought(endless);
+    EXPECT_GE(sent, 8) << endless;
+    EXPECT_LE(sent, 8 + 20) << "beside what the kernel holds of a connection";
+  }
+  // What is read does not count.
+  const int fd = zmtp_connection(endpoint_, "DEALER");
+  const std::string frame = std::string("\0\xff", 2) + std::string(255, 'x');
+  std::size_t ended = 0, received = 0;
+  for (int i = 0; i < 20000; ++i) {
+    say(fd, frame);
+    zmq::message_t peer, body;
+    if (!router_.recv(peer) || !router_.recv(body)) break;
+    if (body.size() != 255) --i;  // of those before
+    const int descriptor = zmq_msg_get(body.handle(), ZMQ_SRCFD);
+    monitor_->drain();
+    monitor_->read(descriptor, wire_size(body.size(), false));
+    received += body.size() == 255 ? 1 : 0;
+    ended += monitor_->end_floods(1 << 20).size();
+  }
+  EXPECT_EQ(received, 20000u);
+  EXPECT_EQ(ended, 0u);
+  close(fd);
+}
+
+// libzmq 4.3.4 ends the process over the heartbeats of a broken connection whose queue is full.
+TEST_F(Door, HeartbeatsAfterTheEndOfAConnectionAreNoHarm) {
+  open(std::nullopt);
+  constexpr int kFrames = 5000;
+  const int fd = zmtp_connection(endpoint_, "DEALER");
+  std::string said;
+  for (int i = 0; i < kFrames; ++i) said += std::string("\0\1x\4\7\4PING\0\x64", 12);
+  say(fd, said);
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  const linger reset{1, 0};
+  setsockopt(fd, SOL_SOCKET, SO_LINGER, &reset, sizeof reset);
+  close(fd);
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  int received = 0;
+  router_.set(zmq::sockopt::rcvtimeo, 500);
+  for (zmq::message_t peer, body; router_.recv(peer) && router_.recv(body);) ++received;
+  EXPECT_EQ(received, kFrames);
 }
 
 // libzmq would hold a lock that closing needs while it waits for a monitor that nobody reads.

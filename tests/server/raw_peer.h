@@ -29,6 +29,12 @@ class RawPeer {
     socket_.set(zmq::sockopt::sndtimeo, static_cast<int>(seconds * 1000));
     return socket_.send(zmq::buffer(bytes)).has_value();
   }
+  // Takes what has come, unread.
+  void ignore_answers() {
+    zmq::message_t frame;
+    while (socket_.recv(frame, zmq::recv_flags::dontwait)) {
+    }
+  }
   // From now on, whether the master ends the connection.
   void watch() { monitor_ = std::make_unique<ConnectionMonitor>(context_, socket_); }
   bool ended() {

@@ -27,6 +27,7 @@ using testing::raw_connection;
 using testing::RawPeer;
 using testing::TempDir;
 using testing::WorkerThread;
+using testing::zmtp_connection;
 using Clock = std::chrono::steady_clock;
 
 constexpr double kNetworkSeconds = 0.0002;  // of a slot
@@ -202,6 +203,7 @@ TEST_F(Strangers, AMillionTinyFrames) {
   std::uint64_t sent = 0;
   const auto thousand = [&] {
     for (int i = 0; i < 1000; ++i) sent += peer.send_waiting("x") ? 1 : 0;
+    peer.ignore_answers();
   };
   expect_unimpressed("tiny frames", thousand);
   while (sent < kFrames && !HasFailure()) thousand();
@@ -222,6 +224,24 @@ TEST_F(Strangers, OversizedFrames) {
   });
   EXPECT_EQ(ended, sent) << "connections that outlived such a frame";
   EXPECT_EQ(dispatcher_->view().malformed, 0U) << "such frames reached the program";
+}
+
+// libzmq keeps the parts of a message until the last one has come.
+TEST_F(Strangers, AMessageWithoutEnd) {
+  const std::string part = std::string("\3\0\0\0\0\0\1\0\0", 9) + std::string(1 << 16, 'x');  // and more
+  std::uint64_t ended = 0;
+  expect_unimpressed("a message without end", [&] {
+    const int fd = zmtp_connection(endpoint_, "DEALER");
+    for (int i = 0; i < 16000; ++i)
+      if (::send(fd, part.data(), part.size(), MSG_NOSIGNAL) < 0) {
+        ++ended;
+        break;
+      }
+    close(fd);
+  });
+  EXPECT_GT(ended, 0U) << "a gigabyte was taken";
+  EXPECT_GE(refused(Offence::kFlood), ended);
+  EXPECT_EQ(dispatcher_->view().malformed, 0U);
 }
 
 TEST_F(Strangers, HalfOpenConnections) {
