@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "common/connection_monitor.h"
 #include "common/version.h"
 #include "common/wire.h"
 #include "common/zap.h"
@@ -107,9 +108,9 @@ bool SoakRun::tiny_frames() {
 bool SoakRun::oversized_frame() {
   zmq::context_t context(1);
   auto socket = std::move(*make_dealer(context, endpoint_, insider()));
-  DisconnectMonitor monitor(context, socket);
+  ConnectionMonitor monitor(context, socket);
   socket.send(zmq::buffer(std::string(kTooLarge, 'x')), zmq::send_flags::dontwait);
-  return wait_for([&] { return !monitor.drain().empty(); }, 1.5);
+  return wait_for([&] { return !monitor.drain().closed.empty(); }, 1.5);
 }
 
 // All that the first worker ever said on its last connection, by somebody else, again.
