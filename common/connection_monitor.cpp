@@ -153,6 +153,8 @@ std::vector<std::string> ConnectionMonitor::end_floods(std::uint64_t most) {
     if (getsockopt(descriptor, IPPROTO_TCP, TCP_INFO, &info, &size) != 0) continue;
     if (info.tcpi_bytes_received < bytes + most) continue;
     ended.push_back(peer_address(descriptor));
+    const linger at_once{1, 0};  // or the peer's last bytes are waited for
+    setsockopt(descriptor, SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
     shutdown(descriptor, SHUT_RDWR);
     bytes = info.tcpi_bytes_received;  // once
   }

@@ -35,6 +35,7 @@ inline int zmtp_connection(const std::string& endpoint, const std::string& socke
   ::send(fd, said.data(), said.size(), MSG_NOSIGNAL);
   const timeval patience{2, 0};
   ::setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+  ::setsockopt(fd, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
   char answer[256];
   ssize_t got = 0, more = 1;
   while (got < 80 && more > 0) got += more = ::recv(fd, answer, sizeof answer, 0);  // its greeting and READY

@@ -88,7 +88,7 @@ class Strangers : public ::testing::Test {
     for (int i = 0; i < windows; ++i) {
       const auto from = dispatcher_->view().evaluations;
       const auto start = Clock::now();
-      while (Clock::now() - start < std::chrono::milliseconds(400)) {
+      while (Clock::now() - start < std::chrono::milliseconds(250)) {
         keep_busy();
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
       }
