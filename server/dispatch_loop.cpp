@@ -16,9 +16,9 @@ constexpr double kDeafFactor = 4;        // times the silence limit, while messa
 constexpr double kTransportSeconds = 5;  // less than the transport's own patience
 constexpr double kPatienceSeconds = 2;   // without workers, before it is worth a line in the log
 constexpr double kPingEvery = 4;         // heartbeats, of a worker that is sent other things
+constexpr double kUnlistedSeconds = 60;  // between two lines about what is not listed
 constexpr std::size_t kManyWorkers = 256;
 constexpr double kManyWorkersPump = 0.1;  // s
-constexpr double kSmallestTask = 2.5e-4;  // s: the scheduler gives out no less
 
 double unix_time() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
@@ -240,9 +240,8 @@ void DispatchLoop::end_session(Session& session, Departure departure, const std:
   const bool lost = departure != Departure::kLeft;
   if (!session.leaving && !session.held && two_parties()) parted_ = now();
   if (lost) ++totals_.lost;
-  sink_.event(
-      lost, lost ? "worker_lost" : "worker_left",
-      "worker " + session.view.identity + ": " + why + "; " + std::to_string(held) + " tasks go to others");
+  list(lost, lost ? "worker_lost" : "worker_left",
+       "worker " + session.view.identity + ": " + why + "; " + std::to_string(held) + " tasks go to others");
   by_id_.erase(session.id);
   fail_steps_of(session.id);
   sessions_.erase(std::string(session.peer));  // the session dies here
@@ -254,6 +253,20 @@ void DispatchLoop::end_session(Session& session, Departure departure, const std:
 Departure DispatchLoop::how_it_went(const Session& session) const {
   const double limit = std::min(options_.silence_seconds, kTransportSeconds);
   return now() - session.heard > limit ? Departure::kSilent : Departure::kDied;
+}
+
+// Who comes and goes, as long as a person could read it.
+void DispatchLoop::list(bool warning, const std::string& kind, const std::string& text) {
+  if (listed_.allow(now())) sink_.event(warning, kind, text);
+}
+
+void DispatchLoop::say_unlisted() {
+  const std::uint64_t unlisted = listed_.held_back() - said_unlisted_;
+  if (unlisted == 0 || now() < next_unlisted_) return;
+  next_unlisted_ = now() + kUnlistedSeconds;
+  said_unlisted_ = listed_.held_back();
+  sink_.event(true, "unlisted",
+              "workers come and go too fast to list: " + std::to_string(unlisted) + " more joined or went");
 }
 
 void DispatchLoop::drop_disconnected() {
@@ -338,6 +351,8 @@ void DispatchLoop::tick() {
     next_look_ = now() + options_.heartbeat_seconds;
     lose_silent();
     forget_idle_clients();
+    std::erase_if(hellos_, [&](const auto& entry) { return entry.second.rested(now()); });
+    say_unlisted();
   }
   send_heartbeats();
   expire_tasks();

@@ -109,6 +109,9 @@ class DispatchLoop {
   void welcome(const std::string& peer);
   void refuse(const std::string& peer, const std::string& reason, bool retry);
   void misbehaved(const std::string& peer, const std::string& fault);
+  bool knocks_too_often(const std::string& peer);
+  void list(bool warning, const std::string& kind, const std::string& text);
+  void say_unlisted();
   void end_session(Session& session, Departure departure, const std::string& why);
   Departure how_it_went(const Session& session) const;
   void send_heartbeats();
@@ -172,6 +175,10 @@ class DispatchLoop {
   bool said_waiting_ = false;
   DispatchView totals_;
   LogLimiter complaints_{10, 1.0};
+  std::unordered_map<std::string, LogLimiter> hellos_;  // by routing id, of those that said one lately
+  LogLimiter listed_{1000, 0.2};                        // who joined and who went
+  std::uint64_t said_unlisted_ = 0;                     // of those that listed_ held back
+  double next_unlisted_ = 0;
 };
 
 }  // namespace evograsp::server

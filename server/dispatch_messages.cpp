@@ -12,6 +12,8 @@ namespace {
 
 constexpr std::uint32_t kMaxSlots = 4096;
 constexpr std::size_t kMaxName = 200;
+constexpr int kHellos = 5;             // of one connection at once
+constexpr double kHelloSeconds = 0.5;  // and then one in so long: who loses a connection comes by another
 
 double unix_time() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
@@ -43,6 +45,7 @@ void DispatchLoop::handle(Received& message) {
 // Without a session only a Hello means anything.
 void DispatchLoop::handle_stranger(Received& message) {
   if (message.envelope->has_hello()) {
+    if (knocks_too_often(message.peer)) return;
     drop_disconnected();  // the descriptor may have belonged to another connection a moment ago
     message.envelope->hello().stepwise() ? on_client_hello(message) : on_hello(message);
     return;
@@ -55,6 +58,15 @@ void DispatchLoop::handle_stranger(Received& message) {
   } else {
     refuse(message.peer, "no session: say hello", true);
   }
+}
+
+// Each hello ends a session and begins one.
+bool DispatchLoop::knocks_too_often(const std::string& peer) {
+  if (hellos_.try_emplace(peer, kHellos, kHelloSeconds).first->second.allow(now())) return false;
+  ++totals_.refused;
+  if (complaints_.allow(now())) sink_.event(true, "refused", "a connection says hello over and over");
+  refuse(peer, "too many hellos: wait a moment", true);
+  return true;
 }
 
 void DispatchLoop::handle_session(Session& session, const Received& message) {
@@ -123,9 +135,9 @@ void DispatchLoop::on_hello(const Received& message) {
   scheduler_.set_active(session->id, false);  // until its simulator stands
   by_id_[session->id] = session.get();
   sink_.worker(view);
-  sink_.event(false, "worker_joined",
-              "worker " + view.identity + " on " + view.host + " with " + std::to_string(view.slots) +
-                  (view.slots == 1 ? " slot" : " slots"));
+  list(false, "worker_joined",
+       "worker " + view.identity + " on " + view.host + " with " + std::to_string(view.slots) +
+           (view.slots == 1 ? " slot" : " slots"));
   follow_drain(*session);
   sessions_[peer] = std::move(session);
   welcome(peer);
@@ -226,7 +238,8 @@ void DispatchLoop::on_result(Session& session, const proto::TaskResult& result) 
     return pump(session);
   }
   if (!result.error().empty()) {
-    sink_.event(true, "task_failed", "worker " + session.view.identity + ": " + clean(result.error()));
+    if (complaints_.allow(now()))
+      sink_.event(true, "task_failed", "worker " + session.view.identity + ": " + clean(result.error()));
     scheduler_.failed(session.id, result.id());
     report_poisoned();
     pump_all();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <future>
+#include <map>
 #include <optional>
 #include <thread>
 #include <utility>
@@ -22,6 +23,9 @@ using Clock = std::chrono::steady_clock;
 constexpr std::size_t kBatchRows = 4096;  // evaluations that are written without waiting longer
 constexpr std::uint64_t kMostQueuedBytes = 256ull << 20;  // beyond this, big things wait for the disk
 constexpr std::size_t kRowOverhead = 64;                  // what a queued row weighs besides its blob
+// What strangers can cause a million of does not wait in a queue without end.
+constexpr std::size_t kMostEvents = 10000;   // queued; no more are kept anyway
+constexpr std::size_t kMostWorkers = 10000;  // the same
 
 // Generations that follow each other faster share a transaction.
 constexpr auto kMostPatience = std::chrono::milliseconds(100);
@@ -68,6 +72,15 @@ class Writer {
   }
   void roll_back() {
     if (run_.database->in_transaction()) static_cast<void>(run_.database->exec("ROLLBACK"));
+  }
+  void last_word(const RunProgress& progress, const std::string& error, const Retention& retention) {
+    Status done = begin();
+    if (done) done = tables_.put_progress(progress);
+    if (done) done = end();
+    if (done) done = begin();
+    if (done) done = tables_.put_event({0, 0, Severity::kError, "failed", error}, unix_time(), retention);
+    if (done) done = end();
+    if (!done) roll_back();
   }
   // The log back into the file, so that run.db alone can be copied. A reader in the way only leaves it
   // longer.
@@ -145,13 +158,29 @@ class StoreThread final : public Store {
   }
 
   void note(Event event) override {
-    push({[event = std::move(event)](StoreTables& t) { return t.put_event(event, unix_time()); }});
+    {
+      const MutexLock lock(mutex_);
+      if (queued_events_ >= kMostEvents) return;
+      ++queued_events_;
+    }
+    push({[this, event = std::move(event)](StoreTables& t) {
+      return t.put_event(event, unix_time(), retention_);
+    }});
   }
+  // Of each only the last word is written.
   void saw_worker(WorkerRecord worker) override {
-    push({[worker = std::move(worker)](StoreTables& t) { return t.put_worker(worker); }});
+    {
+      const MutexLock lock(mutex_);
+      if (workers_.size() >= kMostWorkers && !workers_.contains(worker.identity)) return;
+      std::string identity = worker.identity;
+      workers_.insert_or_assign(std::move(identity), std::move(worker));
+      if (workers_.size() > 1) return;
+    }
+    wake_.notify_one();
   }
   void keep_poison(PoisonRecord poison) override {
-    push({[poison = std::move(poison)](StoreTables& t) { return t.put_poison(poison); }});
+    const std::size_t weight = poison.network.size() + poison.trials.size() + poison.reason.size();
+    push({[poison = std::move(poison)](StoreTables& t) { return t.put_poison(poison); }}, weight);
   }
   void keep_validation(ValidationRecord validation) override {
     push({[validation](StoreTables& t) { return t.put_validation(validation); }});
@@ -224,7 +253,7 @@ class StoreThread final : public Store {
   // batch holds something durable.
   bool take(std::vector<Item>& batch, bool& full) {
     MutexLock lock(mutex_);
-    while (!closing_ && queue_.empty()) lock.wait(wake_);
+    while (!closing_ && queue_.empty() && workers_.empty()) lock.wait(wake_);
     const Clock::time_point until = Clock::now() + period_;
     while (!due() && !commits_waiting_)
       if (!lock.wait_until(wake_, until)) break;
@@ -234,6 +263,8 @@ class StoreThread final : public Store {
         if (!lock.wait_until(wake_, end)) break;
     }
     batch.swap(queue_);
+    if (!workers_.empty()) batch.emplace_back(take_workers());
+    queued_events_ = 0;
     full = durable_;
     if (commits_waiting_) last_commit_ = Clock::now();
     durable_ = urgent_ = commits_waiting_ = false;
@@ -241,6 +272,14 @@ class StoreThread final : public Store {
     lock.unlock();
     space_.notify_all();
     return !batch.empty();
+  }
+
+  Change take_workers() REQUIRES(mutex_) {
+    std::vector<WorkerRecord> rows;
+    rows.reserve(workers_.size());
+    for (auto& [identity, worker] : workers_) rows.push_back(std::move(worker));
+    workers_.clear();
+    return {[this, rows = std::move(rows)](StoreTables& t) { return t.put_workers(rows, retention_); }};
   }
 
   void loop() {
@@ -286,10 +325,12 @@ class StoreThread final : public Store {
     return pruned ? Status() : writer_->put(*evaluation);
   }
 
-  // The first error is the last thing the store does.
+  // After the first error nothing more is written but that, if the disk takes it: whoever reads the file
+  // shall not take the run for one that goes on.
   void settle(const Status& result) {
     if (result) return;
     writer_->roll_back();
+    writer_->last_word({epoch_, "failed", unix_time()}, result.error().message, retention_);
     const MutexLock lock(mutex_);
     if (status_) status_ = result;
     failed_ = true;
@@ -318,10 +359,12 @@ class StoreThread final : public Store {
   mutable Mutex mutex_;
   std::condition_variable wake_, space_;
   std::vector<Item> queue_ GUARDED_BY(mutex_);
-  std::uint64_t queued_bytes_ GUARDED_BY(mutex_) = 0;  // of queue_
-  bool durable_ GUARDED_BY(mutex_) = false;            // something in queue_ wants full sync
-  bool urgent_ GUARDED_BY(mutex_) = false;             // and somebody waits for it
-  bool commits_waiting_ GUARDED_BY(mutex_) = false;    // a generation is in queue_
+  std::uint64_t queued_bytes_ GUARDED_BY(mutex_) = 0;               // of queue_
+  std::size_t queued_events_ GUARDED_BY(mutex_) = 0;                // in queue_
+  std::map<std::string, WorkerRecord> workers_ GUARDED_BY(mutex_);  // to be written, by identity
+  bool durable_ GUARDED_BY(mutex_) = false;                         // something in queue_ wants full sync
+  bool urgent_ GUARDED_BY(mutex_) = false;                          // and somebody waits for it
+  bool commits_waiting_ GUARDED_BY(mutex_) = false;                 // a generation is in queue_
   Clock::time_point last_commit_ GUARDED_BY(mutex_){};
   bool closing_ GUARDED_BY(mutex_) = false;
   Status status_ GUARDED_BY(mutex_);

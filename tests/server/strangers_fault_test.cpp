@@ -158,6 +158,18 @@ TEST_F(Strangers, HellosWithoutEnd) {
   });
 }
 
+TEST_F(Strangers, RightHellosWithoutEndOverOneConnection) {
+  RawPeer peer(context_, endpoint_);
+  const proto::Envelope hello = peer.hello("somebody");
+  expect_unimpressed("right hellos over one connection", [&] {
+    for (int i = 0; i < 100; ++i) peer.send(hello);
+    peer.next(0.001);
+  });
+  EXPECT_TRUE(eventually([&] { return dispatcher_->view().refused > 100; })) << "they are refused";
+  EXPECT_LT(sink_.events("worker_joined"), 30) << "each has a line, a row and a session";
+  EXPECT_LT(sink_.events("refused"), 30);
+}
+
 // With keys: who is not on the list gets no word in.
 class Locked : public RealRun {
  protected:
