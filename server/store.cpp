@@ -14,6 +14,7 @@
 #include "common/thread_name.h"
 #include "server/store_open.h"
 #include "server/store_tables.h"
+#include "server/store_writer.h"
 
 namespace evograsp::server {
 namespace {
@@ -40,71 +41,9 @@ struct Change {
 };
 using Item = std::variant<Evaluation, Change>;
 
-// Everything the store's thread touches: one connection and its statements.
-class Writer {
- public:
-  Writer(OpenRun run, StoreTables tables) : run_(std::move(run)), tables_(std::move(tables)) {}
-
-  Status put(const Evaluation& evaluation) {
-    if (Status s = begin(); !s) return s;
-    return tables_.put_evaluation(evaluation);
-  }
-
-  Status put(const Change& change) {
-    if (Status s = begin(); !s) return s;
-    return change.write(tables_);
-  }
-
-  // Between transactions: whether the next ones wait for the disk.
-  Status sync(bool full) {
-    if (full == full_) return {};
-    full_ = full;
-    return run_.database->exec(full ? "PRAGMA synchronous = FULL" : "PRAGMA synchronous = NORMAL");
-  }
-
-  Status begin() {
-    return run_.database->in_transaction() ? Status() : run_.database->exec("BEGIN IMMEDIATE");
-  }
-  Status end() {
-    if (!run_.database->in_transaction()) return {};
-    ++transactions_;
-    return run_.database->exec("COMMIT");
-  }
-  void roll_back() {
-    if (run_.database->in_transaction()) static_cast<void>(run_.database->exec("ROLLBACK"));
-  }
-  void last_word(const RunProgress& progress, const std::string& error, const Retention& retention) {
-    Status done = begin();
-    if (done) done = tables_.put_progress(progress);
-    if (done) done = end();
-    if (done) done = begin();
-    if (done) done = tables_.put_event({0, 0, Severity::kError, "failed", error}, unix_time(), retention);
-    if (done) done = end();
-    if (!done) roll_back();
-  }
-  // The log back into the file, so that run.db alone can be copied. A reader in the way only leaves it
-  // longer.
-  void fold() {
-    static_cast<void>(run_.database->exec("PRAGMA synchronous = FULL; PRAGMA wal_checkpoint(TRUNCATE)"));
-  }
-
-  std::uint64_t transactions() const { return transactions_; }
-  std::uint64_t file_bytes() const {
-    std::error_code ignored;
-    const auto size = std::filesystem::file_size(run_.database->file(), ignored);
-    return ignored ? 0 : size;
-  }
-
- private:
-  OpenRun run_;
-  StoreTables tables_;
-  std::uint64_t transactions_ = 0;
-  bool full_ = false;
-};
-
 class StoreThread final : public Store {
  public:
-  StoreThread(std::unique_ptr<Writer> writer, const proto::StoreConfig& config, std::uint64_t epoch)
+  StoreThread(std::unique_ptr<StoreWriter> writer, const proto::StoreConfig& config, std::uint64_t epoch)
       : retention_(Retention::from(config)),
         period_(std::chrono::duration_cast<Clock::duration>(
             std::chrono::duration<double>(std::min(config.journal_seconds(), 3600.0)))),
@@ -319,7 +258,7 @@ class StoreThread final : public Store {
 
   Status put(const Item& item) {
     const Evaluation* evaluation = std::get_if<Evaluation>(&item);
-    if (evaluation == nullptr) return writer_->put(std::get<Change>(item));
+    if (evaluation == nullptr) return writer_->put(std::get<Change>(item).write);
     ++evaluations_;
     const bool pruned = newest_ && evaluation->generation < *newest_ && !retention_.all_evaluations;
     return pruned ? Status() : writer_->put(*evaluation);
@@ -370,7 +309,7 @@ class StoreThread final : public Store {
   Status status_ GUARDED_BY(mutex_);
   StoreFigures figures_ GUARDED_BY(mutex_);
 
-  std::unique_ptr<Writer> writer_;  // the store's thread's alone, with what follows
+  std::unique_ptr<StoreWriter> writer_;  // the store's thread's alone, with what follows
   bool failed_ = false;
   std::optional<std::uint32_t> newest_;  // generation that the batch being written commits last
   std::uint64_t evaluations_ = 0;
@@ -381,7 +320,7 @@ class StoreThread final : public Store {
 Result<std::unique_ptr<Store>> start(OpenRun run, const proto::StoreConfig& config, std::uint64_t epoch) {
   auto tables = StoreTables::prepare(*run.database);
   if (!tables) return tl::unexpected<Error>(tables.error());
-  auto writer = std::make_unique<Writer>(std::move(run), std::move(*tables));
+  auto writer = std::make_unique<StoreWriter>(std::move(run), std::move(*tables));
   return std::unique_ptr<Store>(new StoreThread(std::move(writer), config, epoch));
 }
 
