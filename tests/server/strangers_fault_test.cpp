@@ -65,7 +65,8 @@ class Strangers : public ::testing::Test {
            std::chrono::duration<double>(Clock::now() - start).count();
   }
   // `nuisance` is called over and over on a thread of its own; the work must go on and memory stay bounded.
-  void expect_unimpressed(const char* what, const std::function<void()>& nuisance) {
+  // own_losses: sessions of its own that it may lose.
+  void expect_unimpressed(const char* what, const std::function<void()>& nuisance, int own_losses = 0) {
     const double before = rate();
     const std::size_t memory = resident();
     std::atomic<bool> stop{false};
@@ -80,7 +81,7 @@ class Strangers : public ::testing::Test {
                 meanwhile, grown);
     EXPECT_GT(meanwhile, 0) << "the master does not work any more";
     EXPECT_LT(grown, 200);
-    EXPECT_EQ(sink_.events("worker_lost"), 0) << what << " cost a worker its session";
+    EXPECT_LE(sink_.events("worker_lost"), own_losses) << what << " cost a worker its session";
     EXPECT_LT(sink_.events("malformed"), 100) << what << " fills the log";
   }
 
@@ -161,10 +162,11 @@ TEST_F(Strangers, HellosWithoutEnd) {
 TEST_F(Strangers, RightHellosWithoutEndOverOneConnection) {
   RawPeer peer(context_, endpoint_);
   const proto::Envelope hello = peer.hello("somebody");
-  expect_unimpressed("right hellos over one connection", [&] {
+  const auto knock = [&] {
     for (int i = 0; i < 100; ++i) peer.send(hello);
     peer.next(0.001);
-  });
+  };
+  expect_unimpressed("right hellos over one connection", knock, 30);
   EXPECT_TRUE(eventually([&] { return dispatcher_->view().refused > 100; })) << "they are refused";
   EXPECT_LT(sink_.events("worker_joined"), 30) << "each has a line, a row and a session";
   EXPECT_LT(sink_.events("refused"), 30);
