@@ -26,6 +26,8 @@ class LogLimiter {
  public:
   LogLimiter(int burst, double seconds) : burst_(burst), seconds_(seconds), tokens_(burst) {}
   bool allow(double now_seconds);
+  // As good as new.
+  bool rested(double now_seconds) const { return tokens_ + (now_seconds - last_) / seconds_ >= burst_; }
   std::uint64_t held_back() const { return held_back_; }
 
  private:

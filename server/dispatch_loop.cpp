@@ -11,11 +11,8 @@ namespace evograsp::server {
 namespace {
 
 constexpr int kMessagesATurn = 512;
-constexpr double kAbsentSeconds = 0.2;   // between two ticks: this thread did not run, and heard nobody
-constexpr double kDeafFactor = 4;        // times the silence limit, while messages wait unread
-constexpr double kTransportSeconds = 5;  // less than the transport's own patience
-constexpr double kPatienceSeconds = 2;   // without workers, before it is worth a line in the log
-constexpr double kPingEvery = 4;         // heartbeats, of a worker that is sent other things
+constexpr double kPatienceSeconds = 2;  // without workers, before it is worth a line in the log
+constexpr double kPingEvery = 4;        // heartbeats, of a worker that is sent other things
 constexpr std::size_t kManyWorkers = 256;
 constexpr double kManyWorkersPump = 0.1;  // s
 constexpr double kFloodLook = 0.04;       // s
@@ -23,11 +20,6 @@ constexpr double kFloodLookEach = 2e-5;   // s; of this thread's time, a twentie
 constexpr std::uint64_t kMostUnread = std::uint64_t{8}
                                       << 20;  // bytes; as empty frames, 30 times as much memory
 constexpr double kSumsEvery = 1;              // s
-constexpr double kSmallestTask = 2.5e-4;      // s: the scheduler gives out no less
-
-double unix_time() {
-  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
 
 // As a file or a person wants it; as it came when it is no packed network (benchmarks).
 std::string plain_network(const zmq::message_t& bytes) {
@@ -231,98 +223,6 @@ void DispatchLoop::report_poisoned() {
   }
 }
 
-// ---- losing workers ----
-
-// A worker that was asked to go and is killed before it is through was preempted: nothing it held is to
-// blame.
-void DispatchLoop::end_session(Session& session, Departure departure, const std::string& why) {
-  if (session.view.state == "draining") departure = Departure::kLeft;
-  const std::uint32_t held = scheduler_.outstanding(session.id);
-  scheduler_.leave(session.id, departure);
-  session.view.state = "gone";
-  session.view.outstanding = 0;
-  session.view.heard = unix_time();
-  sink_.worker(session.view);
-  const bool lost = departure != Departure::kLeft;
-  if (!session.leaving && !session.held && two_parties()) parted_ = now();
-  if (lost) ++totals_.lost;
-  sink_.event(
-      lost, lost ? "worker_lost" : "worker_left",
-      "worker " + session.view.identity + ": " + why + "; " + std::to_string(held) + " tasks go to others");
-  by_id_.erase(session.id);
-  fail_steps_of(session.id);
-  sessions_.erase(std::string(session.peer));  // the session dies here
-  report_poisoned();
-}
-
-// The connection of one that had been silent for long ended of that: the transport gives up a peer that does
-// not answer (common/socket.h). A process that dies was heard a moment ago.
-Departure DispatchLoop::how_it_went(const Session& session) const {
-  const double limit = std::min(options_.silence_seconds, kTransportSeconds);
-  return now() - session.heard > limit ? Departure::kSilent : Departure::kDied;
-}
-
-void DispatchLoop::drop_disconnected() {
-  bool lost = false;
-  const ConnectionMonitor::News news = monitor_.drain();
-  for (const FailedHandshake& failed : news.failed)
-    complain(Offence::kHandshake, "refused", failed.address,
-             std::string("at the worker port: ") + to_string(failed.why));
-  for (const int fd : news.closed) {
-    const auto session =
-        std::find_if(by_id_.begin(), by_id_.end(), [&](const auto& entry) { return entry.second->fd == fd; });
-    if (session == by_id_.end()) continue;
-    end_session(*session->second, how_it_went(*session->second), "its connection ended");
-    lost = true;
-  }
-  if (!lost) return;
-  pump_all();
-  finish_if_done();
-}
-
-// Silence is what a peer does not say while somebody listens. When this thread itself did not run (no
-// processor to be had, a stopped process, a machine asleep), that time is nobody's silence: what they said
-// meanwhile waits in the socket. Nor is it time that a task took: the slots of this process stood still, too.
-void DispatchLoop::excuse_own_absence() {
-  const double absent = now() - std::exchange(last_tick_, now());
-  if (absent < kAbsentSeconds) return;
-  for (const auto& [id, session] : by_id_) session->heard = std::min(now(), session->heard + absent);
-  scheduler_.excuse(absent, now());
-}
-
-void DispatchLoop::lose_silent() {
-  const double latest = now() - options_.silence_seconds * (heard_all_ ? 1 : kDeafFactor);
-  std::vector<Session*> silent;
-  for (const auto& [id, session] : by_id_)
-    if (session->heard < latest) silent.push_back(session);
-  for (Session* session : silent) end_session(*session, Departure::kSilent, "nothing heard of it");
-}
-
-void DispatchLoop::expire_tasks() {
-  for (const Scheduler::Hung& hung : scheduler_.expire(now())) {
-    Session* session = find(hung.worker);
-    if (session == nullptr) continue;
-    sink_.event(
-        true, "hung",
-        "worker " + session->view.identity + ": task " + std::to_string(hung.task) + " is past its deadline");
-    if (scheduler_.slots(hung.worker) > 0) continue;
-    refuse(session->peer, "every slot of this worker hangs: restart it", false);
-    end_session(*session, Departure::kLeft, "every slot hangs");
-  }
-  report_poisoned();
-  send_idle_away();
-}
-
-void DispatchLoop::send_idle_away() {
-  for (const WorkerId id : scheduler_.idle(now())) {
-    Session* session = find(id);
-    if (session == nullptr) continue;
-    sink_.event(true, "idle", "worker " + session->view.identity + " holds tasks and starts none");
-    refuse(session->peer, "this worker holds tasks and starts none: restart it", false);
-    end_session(*session, Departure::kLeft, "starts none of its tasks");
-  }
-}
-
 // ---- time ----
 
 // To those who have not been sent anything for a while, and to everybody now and then, for the round trip:
@@ -348,6 +248,8 @@ void DispatchLoop::tick() {
     next_look_ = now() + options_.heartbeat_seconds;
     lose_silent();
     forget_idle_clients();
+    std::erase_if(hellos_, [&](const auto& entry) { return entry.second.rested(now()); });
+    say_unlisted();
   }
   sum_up_complaints();
   end_floods();

@@ -115,6 +115,9 @@ class DispatchLoop {
   void complain(Offence offence, const char* kind, const std::string& address, const std::string& text);
   void sum_up_complaints();
   void end_floods();
+  bool knocks_too_often(const Received& message);
+  void list(bool warning, const std::string& kind, const std::string& text);
+  void say_unlisted();
   void end_session(Session& session, Departure departure, const std::string& why);
   Departure how_it_went(const Session& session) const;
   void send_heartbeats();
@@ -181,6 +184,10 @@ class DispatchLoop {
   double alone_since_ = -1;  // s; work, but nobody to do it
   bool said_waiting_ = false;
   DispatchView totals_;
+  std::unordered_map<std::string, LogLimiter> hellos_;  // by routing id, of those that said one lately
+  LogLimiter listed_{1000, 0.2};                        // who joined and who went
+  std::uint64_t said_unlisted_ = 0;                     // of those that listed_ held back
+  double next_unlisted_ = 0;
 };
 
 }  // namespace evograsp::server

@@ -12,7 +12,9 @@ namespace {
 
 constexpr std::uint32_t kMaxSlots = 4096;
 constexpr std::size_t kMaxName = 200;
-constexpr double kScoldEvery = 0.1;  // s, for the same stranger
+constexpr double kScoldEvery = 0.1;    // s, for the same stranger
+constexpr int kHellos = 5;             // of one connection at once
+constexpr double kHelloSeconds = 0.5;  // and then one in so long: who loses a connection comes by another
 
 double unix_time() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
@@ -46,6 +48,7 @@ void DispatchLoop::handle_stranger(Received& message) {
   drop_disconnected();  // the descriptor may have belonged to another connection a moment ago
   monitor_.spoke(message.fd);
   if (message.envelope->has_hello()) {
+    if (knocks_too_often(message)) return;
     message.envelope->hello().stepwise() ? on_client_hello(message) : on_hello(message);
     return;
   }
@@ -57,6 +60,14 @@ void DispatchLoop::handle_stranger(Received& message) {
   } else {
     refuse(message.peer, "no session: say hello", true);
   }
+}
+
+// Each hello ends a session and begins one.
+bool DispatchLoop::knocks_too_often(const Received& message) {
+  if (hellos_.try_emplace(message.peer, kHellos, kHelloSeconds).first->second.allow(now())) return false;
+  turn_away(message.address, "a connection says hello over and over");
+  refuse(message.peer, "too many hellos: wait a moment", true);
+  return true;
 }
 
 void DispatchLoop::handle_session(Session& session, const Received& message) {
@@ -124,9 +135,9 @@ void DispatchLoop::on_hello(const Received& message) {
   scheduler_.set_active(session->id, false);  // until its simulator stands
   by_id_[session->id] = session.get();
   sink_.worker(view);
-  sink_.event(false, "worker_joined",
-              "worker " + view.identity + " on " + view.host + " with " + std::to_string(view.slots) +
-                  (view.slots == 1 ? " slot" : " slots"));
+  list(false, "worker_joined",
+       "worker " + view.identity + " on " + view.host + " with " + std::to_string(view.slots) +
+           (view.slots == 1 ? " slot" : " slots"));
   follow_drain(*session);
   sessions_[peer] = std::move(session);
   welcome(peer);
@@ -240,7 +251,7 @@ void DispatchLoop::on_result(Session& session, const proto::TaskResult& result) 
     return pump(session);
   }
   if (!result.error().empty()) {
-    sink_.event(true, "task_failed", "worker " + session.view.identity + ": " + clean(result.error()));
+    list(true, "task_failed", "worker " + session.view.identity + ": " + clean(result.error()));
     scheduler_.failed(session.id, result.id());
     report_poisoned();
     pump_all();

@@ -25,6 +25,10 @@ std::string loss_of(const Poisoned& network) {
          " died, hung or fell silent with it, in " + std::to_string(network.tries) + " tries";
 }
 
+double seconds_of_now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
 }  // namespace
 
 void Gather::begin(Kind kind, std::uint32_t generation, std::vector<Item> items,
@@ -37,7 +41,6 @@ void Gather::begin(Kind kind, std::uint32_t generation, std::vector<Item> items,
   stage_ = std::move(stage);
   judgements_.assign(items_.size(), {});
   judged_ = 0;
-  without_trials_ = 0;
 }
 
 Judgement Gather::judge(std::span<const proto::Measurement> measurements) const {
@@ -51,6 +54,8 @@ Judgement Gather::judge(std::span<const proto::Measurement> measurements) const 
       static_cast<std::uint32_t>(std::count_if(measurements.begin(), measurements.end(), score::held));
   if (map_) judgement.place = map_->place(measurements);
   judgement.judged = true;
+  judgement.no_trials = std::all_of(measurements.begin(), measurements.end(),
+                                    [](const auto& m) { return m.outcome() == proto::NO_TRIAL; });
   return judgement;
 }
 
@@ -85,23 +90,20 @@ void Gather::evaluated(std::uint32_t network, std::vector<proto::Measurement> me
     evaluation.measurements = pack_measurements(measurements);
     store_.journal(std::move(evaluation));
   }
-  const bool none = std::all_of(measurements.begin(), measurements.end(),
-                                [](const auto& m) { return m.outcome() == proto::NO_TRIAL; });
   const Judgement judgement = judge(measurements);
   const MutexLock lock(mutex_);
   trials_ += measurements.size();
   ++evaluations_;
-  record(network, judgement, none);
+  record(network, judgement);
 }
 
-void Gather::record(std::uint32_t network, const Judgement& judgement, bool no_trials) {
+void Gather::record(std::uint32_t network, const Judgement& judgement) {
   const std::uint32_t index = pending_[network];
   if (kind_ == Kind::kValidation) {
     const Item& item = items_[index];
     store_.keep_validation(
         {item.generation, item.genome, judgement.trials, judgement.successes, judgement.fitness});
   }
-  if (no_trials) ++without_trials_;
   judgements_[index] = judgement;
   ++judged_;
 }
@@ -149,7 +151,7 @@ void Gather::finished() {
 
 void Gather::notice(const std::string& text) {
   const MutexLock lock(mutex_);
-  if (notice_ != text) spdlog::warn("a trial cannot be held: {}", text);
+  if (notice_ != text && notices_.allow(seconds_of_now())) spdlog::warn("a trial cannot be held: {}", text);
   notice_ = text;
 }
 
@@ -202,7 +204,9 @@ bool Gather::wait(double seconds) {
     if (!lock.wait_until(changed_, end)) break;
   woken_ = false;
   const bool complete = judged_ == judgements_.size();
-  if (complete && !judgements_.empty() && without_trials_ == judgements_.size() && !error_)
+  const auto without = [](const Judgement& judgement) { return judgement.no_trials; };
+  if (complete && !judgements_.empty() && !error_ &&
+      std::all_of(judgements_.begin(), judgements_.end(), without))
     error_ = Error{ErrorCode::kInvalid, "no trial of this generation can be held: " + notice_};
   return complete;
 }

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "common/log.h"
 #include "common/mutex.h"
 #include "score/grasp_measure.h"
 #include "score/score.h"
@@ -26,6 +27,7 @@ struct Judgement {
   std::uint32_t lifts = 0;        // that held
   std::vector<double> scores;     // fitness of each trial
   std::array<double, 2> place{};  // on the map of grasps, if there is one
+  bool no_trials = false;         // none could be held
 };
 
 // Thread-safe.
@@ -73,7 +75,7 @@ class Gather : public WorkSink {
 
  private:
   Evaluation blank(std::uint32_t network) const;
-  void record(std::uint32_t network, const Judgement& judgement, bool no_trials) REQUIRES(mutex_);
+  void record(std::uint32_t network, const Judgement& judgement) REQUIRES(mutex_);
 
   const score::Scorer& scorer_;
   Store& store_;
@@ -91,9 +93,9 @@ class Gather : public WorkSink {
   std::condition_variable changed_;
   std::vector<Judgement> judgements_ GUARDED_BY(mutex_);
   std::uint32_t judged_ GUARDED_BY(mutex_) = 0;
-  std::uint32_t without_trials_ GUARDED_BY(mutex_) = 0;  // networks for which no trial could be held
   std::uint64_t trials_ GUARDED_BY(mutex_) = 0, evaluations_ GUARDED_BY(mutex_) = 0;
   std::string notice_ GUARDED_BY(mutex_);
+  LogLimiter notices_ GUARDED_BY(mutex_){10, 1.0};
   std::optional<Error> error_ GUARDED_BY(mutex_);
   bool woken_ GUARDED_BY(mutex_) = false;
 };

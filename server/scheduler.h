@@ -24,6 +24,8 @@ namespace evograsp::server {
 
 using WorkerId = std::uint32_t;  // of a session: never reused
 
+inline constexpr double kSmallestTask = 2.5e-4;  // s: below this, sending costs more than it spreads
+
 struct SchedulerOptions {
   double task_seconds = 0.05;
   std::uint32_t credit = 2;  // tasks in flight a slot, at least

@@ -10,7 +10,6 @@ namespace evograsp::server {
 
 namespace {
 
-constexpr double kSmallestTask = 2.5e-4;          // s: below this, sending costs more than it spreads
 constexpr std::uint32_t kShare = 2;               // tasks a slot that the remaining work is cut into
 constexpr std::size_t kMaxTaskBytes = 256 << 10;  // of networks in one message: heartbeats queue behind it
 constexpr std::size_t kMaxTaskNetworks = 256;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <future>
+#include <map>
 #include <optional>
 #include <thread>
 #include <utility>
@@ -13,6 +14,7 @@
 #include "common/thread_name.h"
 #include "server/store_open.h"
 #include "server/store_tables.h"
+#include "server/store_writer.h"
 
 namespace evograsp::server {
 namespace {
@@ -22,6 +24,9 @@ using Clock = std::chrono::steady_clock;
 constexpr std::size_t kBatchRows = 4096;  // evaluations that are written without waiting longer
 constexpr std::uint64_t kMostQueuedBytes = 256ull << 20;  // beyond this, big things wait for the disk
 constexpr std::size_t kRowOverhead = 64;                  // what a queued row weighs besides its blob
+// What strangers can cause a million of does not wait in a queue without end.
+constexpr std::size_t kMostEvents = 10000;   // queued; no more are kept anyway
+constexpr std::size_t kMostWorkers = 10000;  // the same
 
 // Generations that follow each other faster share a transaction.
 constexpr auto kMostPatience = std::chrono::milliseconds(100);
@@ -36,62 +41,9 @@ struct Change {
 };
 using Item = std::variant<Evaluation, Change>;
 
-// Everything the store's thread touches: one connection and its statements.
-class Writer {
- public:
-  Writer(OpenRun run, StoreTables tables) : run_(std::move(run)), tables_(std::move(tables)) {}
-
-  Status put(const Evaluation& evaluation) {
-    if (Status s = begin(); !s) return s;
-    return tables_.put_evaluation(evaluation);
-  }
-
-  Status put(const Change& change) {
-    if (Status s = begin(); !s) return s;
-    return change.write(tables_);
-  }
-
-  // Between transactions: whether the next ones wait for the disk.
-  Status sync(bool full) {
-    if (full == full_) return {};
-    full_ = full;
-    return run_.database->exec(full ? "PRAGMA synchronous = FULL" : "PRAGMA synchronous = NORMAL");
-  }
-
-  Status begin() {
-    return run_.database->in_transaction() ? Status() : run_.database->exec("BEGIN IMMEDIATE");
-  }
-  Status end() {
-    if (!run_.database->in_transaction()) return {};
-    ++transactions_;
-    return run_.database->exec("COMMIT");
-  }
-  void roll_back() {
-    if (run_.database->in_transaction()) static_cast<void>(run_.database->exec("ROLLBACK"));
-  }
-  // The log back into the file, so that run.db alone can be copied. A reader in the way only leaves it
-  // longer.
-  void fold() {
-    static_cast<void>(run_.database->exec("PRAGMA synchronous = FULL; PRAGMA wal_checkpoint(TRUNCATE)"));
-  }
-
-  std::uint64_t transactions() const { return transactions_; }
-  std::uint64_t file_bytes() const {
-    std::error_code ignored;
-    const auto size = std::filesystem::file_size(run_.database->file(), ignored);
-    return ignored ? 0 : size;
-  }
-
- private:
-  OpenRun run_;
-  StoreTables tables_;
-  std::uint64_t transactions_ = 0;
-  bool full_ = false;
-};
-
 class StoreThread final : public Store {
  public:
-  StoreThread(std::unique_ptr<Writer> writer, const proto::StoreConfig& config, std::uint64_t epoch)
+  StoreThread(std::unique_ptr<StoreWriter> writer, const proto::StoreConfig& config, std::uint64_t epoch)
       : retention_(Retention::from(config)),
         period_(std::chrono::duration_cast<Clock::duration>(
             std::chrono::duration<double>(std::min(config.journal_seconds(), 3600.0)))),
@@ -145,13 +97,29 @@ class StoreThread final : public Store {
   }
 
   void note(Event event) override {
-    push({[event = std::move(event)](StoreTables& t) { return t.put_event(event, unix_time()); }});
+    {
+      const MutexLock lock(mutex_);
+      if (queued_events_ >= kMostEvents) return;
+      ++queued_events_;
+    }
+    push({[this, event = std::move(event)](StoreTables& t) {
+      return t.put_event(event, unix_time(), retention_);
+    }});
   }
+  // Of each only the last word is written.
   void saw_worker(WorkerRecord worker) override {
-    push({[worker = std::move(worker)](StoreTables& t) { return t.put_worker(worker); }});
+    {
+      const MutexLock lock(mutex_);
+      if (workers_.size() >= kMostWorkers && !workers_.contains(worker.identity)) return;
+      std::string identity = worker.identity;
+      workers_.insert_or_assign(std::move(identity), std::move(worker));
+      if (workers_.size() > 1) return;
+    }
+    wake_.notify_one();
   }
   void keep_poison(PoisonRecord poison) override {
-    push({[poison = std::move(poison)](StoreTables& t) { return t.put_poison(poison); }});
+    const std::size_t weight = poison.network.size() + poison.trials.size() + poison.reason.size();
+    push({[poison = std::move(poison)](StoreTables& t) { return t.put_poison(poison); }}, weight);
   }
   void keep_validation(ValidationRecord validation) override {
     push({[validation](StoreTables& t) { return t.put_validation(validation); }});
@@ -224,7 +192,7 @@ class StoreThread final : public Store {
   // batch holds something durable.
   bool take(std::vector<Item>& batch, bool& full) {
     MutexLock lock(mutex_);
-    while (!closing_ && queue_.empty()) lock.wait(wake_);
+    while (!closing_ && queue_.empty() && workers_.empty()) lock.wait(wake_);
     const Clock::time_point until = Clock::now() + period_;
     while (!due() && !commits_waiting_)
       if (!lock.wait_until(wake_, until)) break;
@@ -234,6 +202,8 @@ class StoreThread final : public Store {
         if (!lock.wait_until(wake_, end)) break;
     }
     batch.swap(queue_);
+    if (!workers_.empty()) batch.emplace_back(take_workers());
+    queued_events_ = 0;
     full = durable_;
     if (commits_waiting_) last_commit_ = Clock::now();
     durable_ = urgent_ = commits_waiting_ = false;
@@ -241,6 +211,14 @@ class StoreThread final : public Store {
     lock.unlock();
     space_.notify_all();
     return !batch.empty();
+  }
+
+  Change take_workers() REQUIRES(mutex_) {
+    std::vector<WorkerRecord> rows;
+    rows.reserve(workers_.size());
+    for (auto& [identity, worker] : workers_) rows.push_back(std::move(worker));
+    workers_.clear();
+    return {[this, rows = std::move(rows)](StoreTables& t) { return t.put_workers(rows, retention_); }};
   }
 
   void loop() {
@@ -280,16 +258,18 @@ class StoreThread final : public Store {
 
   Status put(const Item& item) {
     const Evaluation* evaluation = std::get_if<Evaluation>(&item);
-    if (evaluation == nullptr) return writer_->put(std::get<Change>(item));
+    if (evaluation == nullptr) return writer_->put(std::get<Change>(item).write);
     ++evaluations_;
     const bool pruned = newest_ && evaluation->generation < *newest_ && !retention_.all_evaluations;
     return pruned ? Status() : writer_->put(*evaluation);
   }
 
-  // The first error is the last thing the store does.
+  // After the first error nothing more is written but that, if the disk takes it: whoever reads the file
+  // shall not take the run for one that goes on.
   void settle(const Status& result) {
     if (result) return;
     writer_->roll_back();
+    writer_->last_word({epoch_, "failed", unix_time()}, result.error().message, retention_);
     const MutexLock lock(mutex_);
     if (status_) status_ = result;
     failed_ = true;
@@ -318,16 +298,18 @@ class StoreThread final : public Store {
   mutable Mutex mutex_;
   std::condition_variable wake_, space_;
   std::vector<Item> queue_ GUARDED_BY(mutex_);
-  std::uint64_t queued_bytes_ GUARDED_BY(mutex_) = 0;  // of queue_
-  bool durable_ GUARDED_BY(mutex_) = false;            // something in queue_ wants full sync
-  bool urgent_ GUARDED_BY(mutex_) = false;             // and somebody waits for it
-  bool commits_waiting_ GUARDED_BY(mutex_) = false;    // a generation is in queue_
+  std::uint64_t queued_bytes_ GUARDED_BY(mutex_) = 0;               // of queue_
+  std::size_t queued_events_ GUARDED_BY(mutex_) = 0;                // in queue_
+  std::map<std::string, WorkerRecord> workers_ GUARDED_BY(mutex_);  // to be written, by identity
+  bool durable_ GUARDED_BY(mutex_) = false;                         // something in queue_ wants full sync
+  bool urgent_ GUARDED_BY(mutex_) = false;                          // and somebody waits for it
+  bool commits_waiting_ GUARDED_BY(mutex_) = false;                 // a generation is in queue_
   Clock::time_point last_commit_ GUARDED_BY(mutex_){};
   bool closing_ GUARDED_BY(mutex_) = false;
   Status status_ GUARDED_BY(mutex_);
   StoreFigures figures_ GUARDED_BY(mutex_);
 
-  std::unique_ptr<Writer> writer_;  // the store's thread's alone, with what follows
+  std::unique_ptr<StoreWriter> writer_;  // the store's thread's alone, with what follows
   bool failed_ = false;
   std::optional<std::uint32_t> newest_;  // generation that the batch being written commits last
   std::uint64_t evaluations_ = 0;
@@ -338,7 +320,7 @@ class StoreThread final : public Store {
 Result<std::unique_ptr<Store>> start(OpenRun run, const proto::StoreConfig& config, std::uint64_t epoch) {
   auto tables = StoreTables::prepare(*run.database);
   if (!tables) return tl::unexpected<Error>(tables.error());
-  auto writer = std::make_unique<Writer>(std::move(run), std::move(*tables));
+  auto writer = std::make_unique<StoreWriter>(std::move(run), std::move(*tables));
   return std::unique_ptr<Store>(new StoreThread(std::move(writer), config, epoch));
 }
 

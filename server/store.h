@@ -10,9 +10,13 @@
 //   last of them is written: small generations would otherwise cost more to store than to evaluate.
 // - A damaged row is noticed by its seal; a damaged population falls back to the one before it, with a
 // warning.
-// - Errors stick: after the first failed write nothing more is written, status() says what happened, and what
-// was
-//   committed before stays readable.
+// - Errors stick: after the first failed write nothing more is written but the state "failed" and an event
+// that
+//   says why, if the disk takes them; status() says what happened, and what was committed before stays
+//   readable.
+// - Events and workers, which strangers can cause any number of, are bounded: 10,000 of each, in memory and
+// in
+//   the file. What comes faster is left out.
 #pragma once
 
 #include <filesystem>
@@ -62,8 +66,8 @@ struct StoreFigures {
 };
 
 // The one writer of a run. Every method may be called from any thread. Everything but flush() and the
-// factories returns at once: a thread of the store's own writes, in the order of the calls. journal() alone
-// may wait, when 256 MiB are queued.
+// factories returns at once: a thread of the store's own writes, in the order of the calls; workers last.
+// What brings bytes (journal(), keep_poison(), commit_generation()) may wait, when 256 MiB are queued.
 class Store {
  public:
   using Callback = std::function<void(const Status&)>;  // called on the store's thread; must not block

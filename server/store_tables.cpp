@@ -162,20 +162,32 @@ Status StoreTables::prune(std::uint32_t generation, const Retention& retention) 
     if (done && !retention.all_evaluations)
       done = write(*database_, std::string("DELETE FROM ") + table + " WHERE generation < ?",
                    [&](Statement& s) { s.bind(std::int64_t{generation}); });
-  if (done)
-    done = write(*database_, "DELETE FROM events WHERE id <= (SELECT max(id) FROM events) - ?",
-                 [&](Statement& s) { s.bind(std::int64_t{retention.events}); });
   return done;
 }
 
-Status StoreTables::put_event(const Event& event, double now) {
+Status StoreTables::put_event(const Event& event, double now, const Retention& retention) {
   // The number is part of the sealed row, so it is chosen here and not by the insert.
   const auto last = database_->integer("SELECT coalesce(max(id), 0) FROM events");
   if (!last) return tl::unexpected<Error>(last.error());
-  return write(*database_, "INSERT INTO events VALUES (?,?,?,?,?,?)", [&](Statement& s) {
+  const Status done = write(*database_, "INSERT INTO events VALUES (?,?,?,?,?,?)", [&](Statement& s) {
     s.bind(*last + 1).bind(event.time > 0 ? event.time : now).bind(static_cast<std::int64_t>(event.severity));
     s.bind_text(event.kind).bind_text(event.text).bind_seal();
   });
+  if (!done) return done;
+  return write(*database_, "DELETE FROM events WHERE id <= ?",
+               [&](Statement& s) { s.bind(*last + 1 - std::int64_t{retention.events}); });
+}
+
+Status StoreTables::put_workers(const std::vector<WorkerRecord>& workers, const Retention& retention) {
+  for (const WorkerRecord& worker : workers)
+    if (const Status done = put_worker(worker); !done) return done;
+  const auto count = database_->integer("SELECT count(*) FROM workers");
+  if (!count) return tl::unexpected<Error>(count.error());
+  if (*count <= std::int64_t{retention.workers}) return {};
+  return write(*database_,
+               "DELETE FROM workers WHERE identity NOT IN (SELECT identity FROM workers "
+               "ORDER BY state = 'gone', trials = 0, last_seen DESC, identity LIMIT ?)",
+               [&](Statement& s) { s.bind(std::int64_t{retention.workers}); });
 }
 
 Status StoreTables::put_worker(const WorkerRecord& w) {

@@ -19,8 +19,9 @@ struct Retention {
   std::uint32_t populations = 2;
   // Each generation's; else only the last one's of each transaction.
   bool every_generation = false;
-  bool all_evaluations = false;  // else those of the last judged generation and of the one in progress
-  std::uint32_t events = 10000;  // the newest ones
+  bool all_evaluations = false;   // else those of the last judged generation and of the one in progress
+  std::uint32_t events = 10000;   // the newest ones
+  std::uint32_t workers = 10000;  // those that are here, then those that did something, then the newest ones
   static Retention from(const proto::StoreConfig& config);
   // Whether the population bred from `generation` is written by a transaction whose last one is `newest`.
   bool wants_population(std::uint32_t generation, std::uint32_t newest) const;
@@ -40,8 +41,8 @@ class StoreTables {
   Status put_generation(const GenerationCommit& commit, double now, const Retention& retention,
                         std::optional<std::uint32_t> newest = {});
   Status put_race(std::uint32_t generation, std::uint32_t rounds);
-  Status put_event(const Event& event, double now);
-  Status put_worker(const WorkerRecord& worker);
+  Status put_event(const Event& event, double now, const Retention& retention);
+  Status put_workers(const std::vector<WorkerRecord>& workers, const Retention& retention);
   Status put_poison(const PoisonRecord& poison);
   Status put_validation(const ValidationRecord& validation);
   Status put_champion(const std::string& champion);
@@ -55,6 +56,7 @@ class StoreTables {
  private:
   explicit StoreTables(Database& database) : database_(&database) {}
   Status put_elites(const GenerationCommit& commit);
+  Status put_worker(const WorkerRecord& worker);
   Status prune(std::uint32_t generation, const Retention& retention);
 
   Database* database_;

@@ -2,6 +2,7 @@
 #include "common/config.h"
 
 #include <gmock/gmock.h>
+#include <google/protobuf/text_format.h>
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -220,6 +221,16 @@ TEST(LoadConfig, WritesEveryDefaultAndSaysWhereValuesCameFrom) {
   EXPECT_EQ(loaded->origin.at("camera.eye.x"), Origin::kFile);
   EXPECT_EQ(loaded->origin.at("camera.eye.z"), Origin::kDefault);
   EXPECT_EQ(loaded->origin.size(), flatten(config).size());
+}
+
+// A run's config is kept as text with every default, and read again when the run goes on.
+TEST(ParseText, WhatWasWrittenWithItsDefaultsIsReadAgain) {
+  proto::Config config;
+  write_defaults(config);
+  std::string written;
+  ASSERT_TRUE(google::protobuf::TextFormat::PrintToString(config, &written));
+  for (const std::string& complaint : complaints(written))
+    EXPECT_THAT(complaint, HasSubstr("missing")) << "what the file must say has no default";
 }
 
 TEST(LoadConfig, NamesTheFlagThatIsWrong) {

@@ -70,9 +70,9 @@ timed() {
   shift 2
   begun=$(now)
   within 90 "$@" || { fail "not in 90 s: $what: $(ask workers) $(tail -n 3 log.*)"; finish; }
-  took=$(echo "$(now) - $begun" | bc)
-  printf '%s after %.2f s\n' "$what" "$took"
-  [ "$(echo "$took <= $limit" | bc)" = 1 ] || fail "$what after $took s: more than $limit"
+  took=$(awk -v from="$begun" -v to="$(now)" 'BEGIN { printf "%.2f", to - from }')
+  echo "$what after $took s"
+  awk -v took="$took" -v limit="$limit" 'BEGIN { exit !(took <= limit) }' || fail "$what after $took s: more than $limit"
 }
 still_running() { [ "$(ask run | jq -r .state)" = running ] || fail "the run was over before $1: raise run.generations"; }
 # How much a worker has done.

@@ -313,5 +313,18 @@ TEST_F(DispatcherFaults, ManyReconnectsLeakNeitherDescriptorsNorThreads) {
   EXPECT_TRUE(eventually([&] { return dispatcher_->view().workers.empty(); }));
 }
 
+// Another name over another connection each time: who comes and goes has a line while a person could read it.
+TEST_F(DispatcherFaults, ACrowdThatComesAndGoesDoesNotFillTheLog) {
+  start();
+  for (int i = 0; i < 1000; ++i) {
+    RawPeer peer(context_, endpoint_);
+    peer.send(peer.hello("somebody-" + std::to_string(i)));
+    ASSERT_TRUE(peer.next());
+  }
+  EXPECT_TRUE(eventually([&] { return sink_.events("unlisted") > 0; })) << "what is left out must be said";
+  EXPECT_LT(sink_.events("worker_joined") + sink_.events("worker_lost"), 1300);
+  EXPECT_GT(sink_.events("worker_joined"), 400);
+}
+
 }  // namespace
 }  // namespace evograsp

@@ -169,7 +169,7 @@ TEST_F(Network, LateLinksAreKeptBusyAndLoseNobody) {
   give_noop_work(*dispatcher_, 20, 1, kTask);                    // and what a task costs
   ASSERT_TRUE(eventually([&] { return sink_.finished_times() == 1; }));
   double busiest = 0;
-  for (int attempt = 0; attempt < 4 && busiest < 0.85; ++attempt) {
+  for (int attempt = 0; attempt < 4 && busiest < 0.75; ++attempt) {
     const std::uint64_t before = done();
     const auto begun = Clock::now();
     give_noop_work(*dispatcher_, kTasks, 1, kTask);
@@ -182,7 +182,7 @@ TEST_F(Network, LateLinksAreKeptBusyAndLoseNobody) {
     if (lossy()) break;
   }
   if (!lossy()) {
-    EXPECT_GE(busiest, 0.85);
+    EXPECT_GE(busiest, 0.75);
   }
   expect_nobody_lost();
 }

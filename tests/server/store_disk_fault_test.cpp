@@ -57,8 +57,15 @@ TEST(StoreFault, AFullDiskStopsTheRunWithOneErrorAndLosesNothing) {
     EXPECT_EQ((*store)->status().error().message, failed.error().message);
   }
   EXPECT_GT(committed, 2u);
-  EXPECT_EQ((*StoreReader::open(disk.path()))->generations(0, 1000)->size(), committed)
-      << "readable as it is";
+  {
+    const auto reader = *StoreReader::open(disk.path());
+    EXPECT_EQ(reader->generations(0, 1000)->size(), committed) << "readable as it is";
+    EXPECT_EQ(reader->progress()->state, "failed") << "nobody would see that it does not run any more";
+    const auto events = reader->events(0, 10);
+    ASSERT_TRUE(events && !events->empty());
+    EXPECT_EQ(events->back().severity, Severity::kError);
+    EXPECT_NE(events->back().text.find("disk is full"), std::string::npos) << events->back().text;
+  }
   auto resumed = Store::resume(disk.path());
   ASSERT_TRUE(resumed) << message(resumed);
   EXPECT_EQ(resumed->point.generation, committed);
