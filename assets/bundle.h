@@ -9,10 +9,15 @@
 #include <string_view>
 #include <vector>
 
+#include "common/result.h"
+
 namespace evograsp::assets {
 
 // Lower-case hex SHA-256 of the deterministic serialisation.
 std::string bundle_id(const google::protobuf::MessageLite& bundle);
+// What can be handed to a worker: at most kMaxBundle.
+inline constexpr std::size_t kMaxBundle = std::size_t{16} << 20;  // bytes, unpacked
+Status check_size(const google::protobuf::MessageLite& bundle);
 // A file that every binary carries, by its path below configs/ ("objects/mug.txtpb").
 std::optional<std::string_view> embedded_file(std::string_view path);
 // Names of the embedded *.txtpb files in a folder ("objects/").

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <poll.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -43,6 +44,7 @@ void limit(int resource, rlim_t value) {
 }
 
 void enter_limits(const Containment& limits, std::size_t in_use) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);  // whoever wants the answer is gone
   limit(RLIMIT_CPU, static_cast<rlim_t>(std::ceil(limits.seconds)));
   limit(RLIMIT_FSIZE, 0);
   limit(RLIMIT_CORE, 0);

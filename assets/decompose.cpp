@@ -3,7 +3,6 @@
 #include <HACD/hacdHACD.h>
 
 #include <algorithm>
-#include <cstring>
 
 #include "assets/clusters.h"
 #include "assets/contained.h"
@@ -19,7 +18,7 @@ namespace {
 
 constexpr int kAlgorithm = 1;  // bump when other parts come out of the same input
 constexpr double kHacdScale = 1000;
-constexpr double kHacdSeconds = 120;
+constexpr double kSeconds = 180;  // of CPU
 constexpr std::size_t kHollowPoints = 16000;
 
 // Cluster of each triangle.
@@ -59,30 +58,6 @@ std::vector<TriangleSet> sets_of(const std::vector<std::uint32_t>& partition) {
   return sets;
 }
 
-Result<std::vector<std::uint32_t>> contained_partition(const Mesh& mesh, std::size_t min_parts,
-                                                       double concavity) {
-  Containment limits;
-  limits.seconds = kHacdSeconds;
-  const Result<std::string> bytes = run_contained(
-      [&]() -> Result<std::string> {
-        const std::vector<std::uint32_t> partition = hacd_partition(mesh, min_parts, concavity);
-        return std::string(reinterpret_cast<const char*>(partition.data()),
-                           partition.size() * sizeof(std::uint32_t));
-      },
-      limits);
-  if (!bytes) return fail(bytes.error().code, "convex decomposition " + bytes.error().message);
-  std::vector<std::uint32_t> partition(mesh.triangles.size());
-  if (bytes->size() != partition.size() * sizeof(std::uint32_t)) {
-    return fail(ErrorCode::kInternal, "convex decomposition gave no partition");
-  }
-  std::memcpy(partition.data(), bytes->data(), bytes->size());
-  for (const std::uint32_t c : partition) {
-    if (c >= mesh.triangles.size())
-      return fail(ErrorCode::kInternal, "convex decomposition gave a wild partition");
-  }
-  return partition;
-}
-
 std::string cache_key(const Mesh& mesh, const proto::Decomposition& settings) {
   return sha256_hex(std::to_string(kAlgorithm) + "/" + std::to_string(settings.min_parts()) + "/" +
                     std::to_string(settings.concavity()) + "/" +
@@ -91,23 +66,43 @@ std::string cache_key(const Mesh& mesh, const proto::Decomposition& settings) {
                     "/" + encode(mesh));
 }
 
-Result<std::vector<proto::ConvexPart>> compute(const Mesh& mesh, const proto::Decomposition& settings) {
-  const ConvexHull hull = convex_hull(mesh.vertices);
-  const std::size_t per_part = settings.vertices_per_part();
-  const Mesh coarse = simplified(mesh, settings.max_triangles());
-  const std::vector<Vec3> hollow = hollow_points(coarse, hull, settings.concavity(), kHollowPoints);
-  if (hollow.empty() && settings.min_parts() <= 1) {
-    return std::vector{part_from_points(hull.vertices, 2 * per_part, kRounding)};
-  }
-  const auto partition = contained_partition(coarse, settings.min_parts(), settings.concavity());
-  if (!partition) return tl::unexpected(partition.error());
+std::vector<proto::ConvexPart> cut_up(const Mesh& coarse, const proto::Decomposition& settings,
+                                      const std::vector<Vec3>& hollow) {
+  const auto partition = hacd_partition(coarse, settings.min_parts(), settings.concavity());
   const std::size_t max_parts = std::max(settings.min_parts(), settings.max_parts());
   std::vector<proto::ConvexPart> parts;
-  const auto clusters = split_clusters(coarse, sets_of(*partition), hollow);
-  for (const auto& points : merged_clusters(clusters, hollow, max_parts)) {
-    parts.push_back(part_from_points(points, per_part, kRounding));
-  }
+  const auto clusters = split_clusters(coarse, sets_of(partition), hollow);
+  for (const auto& points : merged_clusters(clusters, hollow, max_parts))
+    parts.push_back(part_from_points(points, settings.vertices_per_part(), kRounding));
   return parts;
+}
+
+std::vector<proto::ConvexPart> compute(const Mesh& mesh, const Mesh& coarse,
+                                       const proto::Decomposition& settings) {
+  const ConvexHull hull = convex_hull(mesh.vertices);
+  const std::vector<Vec3> hollow = hollow_points(coarse, hull, settings.concavity(), kHollowPoints);
+  if (!hollow.empty() || settings.min_parts() > 1) return cut_up(coarse, settings, hollow);
+  return {part_from_points(hull.vertices, 2 * std::size_t{settings.vertices_per_part()}, kRounding)};
+}
+
+// Every step can take for ever on a surface that is none: in a process of its own.
+Result<std::vector<proto::ConvexPart>> contained(const Mesh& mesh, const proto::Decomposition& settings) {
+  const Result<Mesh> coarse = contained_simplified(mesh, settings.max_triangles());
+  if (!coarse) return tl::unexpected(coarse.error());
+  Containment limits;
+  limits.seconds = kSeconds;
+  const Result<std::string> bytes = run_contained(
+      [&]() -> Result<std::string> {
+        proto::ObjectBundle parts;
+        for (proto::ConvexPart& part : compute(mesh, *coarse, settings)) *parts.add_part() = std::move(part);
+        return parts.SerializeAsString();
+      },
+      limits);
+  if (!bytes) return fail(bytes.error().code, "convex decomposition " + bytes.error().message);
+  proto::ObjectBundle parts;
+  if (!parts.ParseFromString(*bytes) || parts.part_size() == 0)
+    return fail(ErrorCode::kInternal, "convex decomposition gave no parts");
+  return std::vector<proto::ConvexPart>(parts.part().begin(), parts.part().end());
 }
 
 }  // namespace
@@ -116,7 +111,7 @@ Result<std::vector<proto::ConvexPart>> decompose(const Mesh& mesh, const proto::
                                                  const std::filesystem::path& cache) {
   const std::string key = cache_key(mesh, settings);
   if (auto parts = cached_parts(cache, key)) return std::move(*parts);
-  Result<std::vector<proto::ConvexPart>> parts = compute(mesh, settings);
+  Result<std::vector<proto::ConvexPart>> parts = contained(mesh, settings);
   if (parts) store_parts(cache, key, *parts);
   return parts;
 }

@@ -5,6 +5,7 @@
 #include "assets/bundle.h"
 #include "assets/hand_guess.h"
 #include "assets/hand_tree.h"
+#include "assets/parts.h"
 #include "assets/text.h"
 #include "assets/urdf.h"
 #include "proto/hand.pb.h"
@@ -34,15 +35,15 @@ class Assembler {
 
  private:
   Status frame() {
-    const Vec3 approach = file_.has_approach_axis() ? from_proto(file_.approach_axis()) : Vec3(Vec3::UnitZ());
-    const Vec3 finger = file_.has_finger_axis() ? from_proto(file_.finger_axis()) : Vec3(Vec3::UnitX());
-    if (!is_finite(approach) || !(approach.norm() > 1e-9))
-      return bad("approach_axis: must be finite and not zero");
-    if (!is_finite(finger) || !(finger.norm() > 1e-9)) return bad("finger_axis: must be finite and not zero");
-    const Vec3 a = approach / approach.norm(), f = finger / finger.norm();
-    if (std::fabs(a.dot(f)) > 0.99) return bad("finger_axis: must not be parallel to approach_axis");
-    *bundle_.mutable_approach_axis() = to_proto(a);
-    *bundle_.mutable_finger_axis() = to_proto(f);
+    const auto a =
+        direction_of(file_.has_approach_axis() ? from_proto(file_.approach_axis()) : Vec3(Vec3::UnitZ()));
+    const auto f =
+        direction_of(file_.has_finger_axis() ? from_proto(file_.finger_axis()) : Vec3(Vec3::UnitX()));
+    if (!a) return bad("approach_axis: must be finite and not zero");
+    if (!f) return bad("finger_axis: must be finite and not zero");
+    if (std::fabs(a->dot(*f)) > 0.99) return bad("finger_axis: must not be parallel to approach_axis");
+    *bundle_.mutable_approach_axis() = to_proto(*a);
+    *bundle_.mutable_finger_axis() = to_proto(*f);
     const Vec3 tool = from_proto(file_.tool_point());
     if (!is_finite(tool) || tool.norm() > 1) return bad("tool_point: must be within 1 m of the palm");
     *bundle_.mutable_tool_point() = to_proto(tool);
@@ -218,6 +219,7 @@ Result<LoadedHand> assemble_hand(proto::HandFile file, const Source& source) {
   if (bare) guess_frame(*tree, file, out.warnings);
   if (file.motor().empty()) guess_motors(*tree, file, out.warnings);
   if (const Status ok = Assembler(*tree, file, out).assemble(); !ok) return in_file(ok.error());
+  if (const Status ok = check_size(out.bundle); !ok) return in_file(ok.error());
   out.id = bundle_id(out.bundle);
   return out;
 }

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "assets/hand_geometry.h"
+#include "assets/parts.h"
 #include "assets/urdf.h"
 #include "common/det_math.h"
 
@@ -70,11 +71,9 @@ class Builder {
     out.prismatic = joint.type == urdf::Joint::PRISMATIC;
     out.parent = parent;
     out.origin = origin;
-    const Vec3 axis(joint.axis.x, joint.axis.y, joint.axis.z);
-    if (!is_finite(axis) || !(axis.norm() > 1e-9)) {
-      return fail(ErrorCode::kInvalid, "joint '" + joint.name + "': the axis is zero or not finite");
-    }
-    out.axis = axis / axis.norm();
+    const auto axis = direction_of({joint.axis.x, joint.axis.y, joint.axis.z});
+    if (!axis) return fail(ErrorCode::kInvalid, "joint '" + joint.name + "': the axis is zero or not finite");
+    out.axis = *axis;
     if (const Status ok = set_limits(joint, out); !ok) return ok;
     if (joint.mimic) {
       out.mimic = joint.mimic->joint_name;

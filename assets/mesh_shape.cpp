@@ -45,7 +45,9 @@ Result<Shape> mesh_shape(Mesh mesh, const std::string& name, const proto::Decomp
   Result<std::vector<proto::ConvexPart>> parts = decompose(mesh, settings, cache);
   if (!parts) return fail(parts.error().code, name + ": " + parts.error().message);
   shape.parts = std::move(*parts);
-  shape.visual = visual_of(simplified(mesh, kVisualTriangles));
+  const Result<Mesh> visual = contained_simplified(mesh, kVisualTriangles);
+  if (!visual) return fail(visual.error().code, name + ": " + visual.error().message);
+  shape.visual = visual_of(*visual);
   return shape;
 }
 

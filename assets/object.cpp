@@ -45,12 +45,9 @@ proto::RestingPose resting_pose(const std::vector<proto::ConvexPart>& parts, con
 Result<std::vector<Vec3>> resting_directions(const proto::ObjectFile& file, const Shape& shape) {
   std::vector<Vec3> directions;
   for (const proto::Vec3& v : file.resting_down()) {
-    const Vec3 d = from_proto(v);
-    const double length = d.norm();
-    if (!(length > 1e-9) || !is_finite(d)) {
-      return fail(ErrorCode::kInvalid, "resting_down: a direction must be finite and not zero");
-    }
-    directions.push_back(d / length);
+    const std::optional<Vec3> down = direction_of(from_proto(v));
+    if (!down) return fail(ErrorCode::kInvalid, "resting_down: a direction must be finite and not zero");
+    directions.push_back(*down);
   }
   if (directions.empty() && file.has_mesh()) {
     std::vector<Vec3> points;
@@ -94,6 +91,8 @@ Result<LoadedObject> finish(const proto::ObjectFile& file, Shape shape, const st
   bundle.set_footprint_radius(footprint);
   for (auto& part : shape.parts) *bundle.add_part() = std::move(part);
   if (shape.visual.triangle_size() > 0) *bundle.mutable_visual() = std::move(shape.visual);
+  if (const Status ok = check_size(bundle); !ok)
+    return fail(ok.error().code, source + ": " + ok.error().message);
   out.id = bundle_id(bundle);
   return out;
 }

@@ -149,6 +149,16 @@ double axis_reach(const proto::ConvexPart& part, const Vec3& d) {
   return best + outline.sweep;
 }
 
+std::optional<Vec3> direction_of(const Vec3& v) {
+  constexpr double kLeast = 1e-9, kSquareable = 1e100;
+  if (!is_finite(v)) return std::nullopt;
+  const double most = v.cwiseAbs().maxCoeff();
+  const Vec3 scaled = most > kSquareable ? Vec3(v / most) : v;
+  const double length = scaled.norm();
+  if (!(length > kLeast)) return std::nullopt;
+  return Vec3(scaled / length);
+}
+
 Vec3 any_perpendicular(const Vec3& d) {
   const Vec3 other = std::fabs(d.x()) < 0.6 ? Vec3::UnitX() : Vec3::UnitY();
   const Vec3 p = d.cross(other);

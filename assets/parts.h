@@ -1,6 +1,7 @@
 // Convex parts: makers and the few questions asked of them. Sizes are outer sizes, rounding included.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "common/pose.h"
@@ -30,6 +31,8 @@ double axis_reach(const proto::ConvexPart& part, const Vec3& d);
 
 // The rotation of least angle that takes unit vector a to unit vector b.
 Mat3 rotation_between(const Vec3& a, const Vec3& b);
+// v scaled to length 1; nothing when it is not finite or shorter than 1e-9. Long vectors do not overflow.
+std::optional<Vec3> direction_of(const Vec3& v);
 // Any unit vector perpendicular to the unit vector d.
 Vec3 any_perpendicular(const Vec3& d);
 

@@ -6,8 +6,13 @@
 #include <queue>
 #include <tuple>
 
+#include "assets/contained.h"
+
 namespace evograsp::assets {
 namespace {
+
+// Many triangles at one vertex or edge take the square of their number; other surfaces many times less.
+constexpr double kLeastSeconds = 20, kTrianglesPerSecond = 20e3;
 
 // v'Av + 2b'v + c: the summed squared distances to planes.
 struct Quadric {
@@ -87,8 +92,6 @@ class Simplifier {
     }
   }
 
-  // A plane along an open edge, square to its triangle. Called before around_ is complete for later
-  // triangles, so it looks at the whole mesh's edge count through open_.
   // A plane along an open edge, square to its triangle.
   void hold_border(std::uint32_t u, std::uint32_t w, const Vec3& normal) {
     if (!std::binary_search(open_.begin(), open_.end(), Edge(std::minmax(u, w)))) return;
@@ -212,6 +215,17 @@ class Simplifier {
 Mesh simplified(const Mesh& mesh, std::size_t max_triangles) {
   if (mesh.triangles.size() <= max_triangles) return mesh;
   return Simplifier(mesh).run(max_triangles);
+}
+
+Result<Mesh> contained_simplified(const Mesh& mesh, std::size_t max_triangles, double seconds) {
+  if (mesh.triangles.size() <= max_triangles) return mesh;
+  Containment limits;
+  limits.seconds = kLeastSeconds + static_cast<double>(mesh.triangles.size()) / kTrianglesPerSecond;
+  if (seconds > 0) limits.seconds = seconds;
+  const Result<std::string> bytes =
+      run_contained([&]() -> Result<std::string> { return encode(simplified(mesh, max_triangles)); }, limits);
+  if (!bytes) return fail(bytes.error().code, "simplifying its surface " + bytes.error().message);
+  return decode(*bytes);
 }
 
 }  // namespace evograsp::assets

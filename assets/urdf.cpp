@@ -6,6 +6,7 @@
 #include <cmath>
 #include <exception>
 
+#include "assets/plain_xml.h"
 #include "common/mutex.h"
 
 namespace evograsp::assets {
@@ -24,44 +25,6 @@ class Listener : public console_bridge::OutputHandler {
   std::string heard_;
 };
 
-// The end of a tag, quotes respected; npos when it never ends.
-std::size_t tag_end(std::string_view xml, std::size_t at) {
-  char quote = 0;
-  for (; at < xml.size(); ++at) {
-    if (quote != 0) {
-      if (xml[at] == quote) quote = 0;
-    } else if (xml[at] == '"' || xml[at] == '\'') {
-      quote = xml[at];
-    } else if (xml[at] == '>') {
-      return at;
-    }
-  }
-  return std::string_view::npos;
-}
-
-// Nesting depth, before a recursive parser sees the text.
-int xml_depth(std::string_view xml) {
-  int depth = 0, deepest = 0;
-  std::size_t at = 0;
-  while ((at = xml.find('<', at)) != std::string_view::npos) {
-    if (xml.substr(at, 4) == "<!--") {
-      at = xml.find("-->", at);
-    } else {
-      const std::size_t end = tag_end(xml, at);
-      if (end == std::string_view::npos) break;
-      const char second = at + 1 < xml.size() ? xml[at + 1] : '\0';
-      if (second == '/') {
-        --depth;
-      } else if (second != '?' && second != '!' && xml[end - 1] != '/') {
-        deepest = std::max(deepest, ++depth);
-      }
-      at = end;
-    }
-    if (at == std::string_view::npos) break;
-  }
-  return deepest;
-}
-
 double snap(double v) {
   constexpr double kGrid = 1099511627776.0;  // 2^40
   return std::floor(v * kGrid + 0.5) / kGrid;
@@ -71,10 +34,8 @@ double snap(double v) {
 
 Result<urdf::ModelInterfaceSharedPtr> parse_urdf(std::string_view text, const std::string& file_name) {
   if (text.size() > kMaxUrdf) return fail(ErrorCode::kInvalid, file_name + ": larger than the 4 MiB allowed");
-  if (xml_depth(text) > kMaxXmlDepth) {
-    return fail(ErrorCode::kInvalid,
-                file_name + ": elements nested deeper than " + std::to_string(kMaxXmlDepth));
-  }
+  const Result<std::string> plain = plain_xml(text);
+  if (!plain) return fail(ErrorCode::kInvalid, file_name + ": not a usable URDF: " + plain.error().message);
   static Mutex mutex;  // console_bridge's handler is one for the process
   const MutexLock lock(mutex);
   Listener listener;
@@ -82,7 +43,7 @@ Result<urdf::ModelInterfaceSharedPtr> parse_urdf(std::string_view text, const st
   urdf::ModelInterfaceSharedPtr model;
   std::string thrown;
   try {
-    model = urdf::parseURDF(std::string(text));
+    model = urdf::parseURDF(*plain);
   } catch (const std::exception& e) {
     thrown = e.what();
   }

@@ -14,7 +14,6 @@ namespace evograsp::assets {
 
 inline constexpr std::size_t kMaxUrdf = std::size_t{4} << 20;  // bytes
 inline constexpr std::size_t kMaxUrdfLinks = 512;
-inline constexpr int kMaxXmlDepth = 64;
 
 // The model, or an error that starts with file_name and holds urdfdom's own words. Thread-safe (serialised).
 Result<urdf::ModelInterfaceSharedPtr> parse_urdf(std::string_view text, const std::string& file_name);

@@ -1,5 +1,8 @@
 #include "cli/local_run.h"
 
+#include <functional>
+#include <new>
+#include <system_error>
 #include <thread>
 
 #include "cli/report.h"
@@ -8,6 +11,26 @@
 namespace evograsp::cli {
 
 namespace fs = std::filesystem;
+
+namespace {
+
+// A worker on a thread of its own; stops it at the end.
+class Beside {
+ public:
+  Beside(worker::Worker& worker, const std::function<void()>& work) : worker_(worker), thread_(work) {}
+  ~Beside() {
+    worker_.stop();
+    thread_.join();
+  }
+  Beside(const Beside&) = delete;
+  Beside& operator=(const Beside&) = delete;
+
+ private:
+  worker::Worker& worker_;
+  std::thread thread_;
+};
+
+}  // namespace
 
 Result<std::unique_ptr<LocalRun>> LocalRun::create(server::ServerOptions options, int slots) {
   std::unique_ptr<LocalRun> run(new LocalRun);
@@ -28,15 +51,23 @@ Result<std::unique_ptr<LocalRun>> LocalRun::create(server::ServerOptions options
 Result<server::RunState> LocalRun::run(std::function<void(const server::GenerationReport&)> on_generation) {
   server_->on_generation(std::move(on_generation));
   Status worked;
-  std::thread worker([this, &worked] {
+  const auto work = [this, &worked] {
     worked = worker_->run();
     if (!worked) server_->stop();
-  });
-  auto state = server_->run();
-  worker_->stop();
-  worker.join();
-  if (!worked) return tl::unexpected(worked.error());
-  return state;
+  };
+  const auto serve = [&] {  // whatever the server throws, its worker ends first
+    const Beside beside(*worker_, work);
+    return server_->run();
+  };
+  try {
+    auto state = serve();
+    if (!worked) return tl::unexpected(worked.error());
+    return state;
+  } catch (const std::bad_alloc&) {
+    return fail(ErrorCode::kIo, "not enough memory for this run on this machine");
+  } catch (const std::system_error& error) {
+    return fail(ErrorCode::kUnavailable, std::string("no thread for the run: ") + error.what());
+  }
 }
 
 void LocalRun::stop() {

@@ -23,6 +23,8 @@ StopSignals::StopSignals() {
 void StopSignals::stop() {
   done_ = true;
   if (watcher_.joinable()) watcher_.join();
+  const sigset_t set = stop_set();
+  pthread_sigmask(SIG_UNBLOCK, &set, nullptr);
 }
 
 void StopSignals::watch(std::function<void()> first, std::function<void()> second) {

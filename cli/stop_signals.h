@@ -16,7 +16,8 @@ class StopSignals {
 
   // first: the run should commit and end. second: at once.
   void watch(std::function<void()> first, std::function<void()> second);
-  void stop();  // ends the watcher; the signals stay blocked until the process ends
+  // Ends the watcher. From then on a signal ends the process; call it in the thread that made this.
+  void stop();
   bool seen() const { return count_.load() > 0; }
 
  private:

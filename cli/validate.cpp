@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "assets/assets.h"
+#include "assets/experiment.h"
 #include "cli/cli.h"
 #include "cli/inputs.h"
 #include "cli/progress.h"
@@ -153,11 +154,30 @@ void check_config_file(Verdict& verdict, const Options& options) {
   verdict.summary = plan(loaded->config);
 }
 
+// What a run would say of it later: the simulator has bounds of its own. One object and one hand on a table
+// that is large enough.
+Status try_out(const proto::ObjectBundle* object, const proto::HandBundle* hand) {
+  proto::Config config;
+  config.mutable_scene()->add_object("sphere");
+  config.mutable_scene()->set_table_half_size(10);
+  config.mutable_grasp()->set_hand("parallel_jaw");
+  assets::Bundles at_hand;
+  if (object != nullptr) at_hand.objects.push_back(*object);
+  if (hand != nullptr) at_hand.hand = *hand;
+  const auto experiment = assets::resolve_experiment(config, {}, at_hand);
+  if (!experiment) return tl::unexpected(experiment.error());
+  const auto simulator =
+      sim::Simulator::create(experiment->experiment, experiment->objects, experiment->hand);
+  if (!simulator) return tl::unexpected(simulator.error());
+  return {};
+}
+
 void check_object(Verdict& verdict, const Options& options) {
   assets::ObjectOptions how;
   how.mesh_scale = options.scale;
   const auto object = assets::load_object(verdict.file, how);
   if (!object) return add_error(verdict, object.error());
+  if (const Status ok = try_out(&object->bundle, nullptr); !ok) return add_error(verdict, ok.error());
   verdict.warnings = object->warnings;
   char text[160];
   std::snprintf(text, sizeof text, "%d convex part%s, %.3g kg, at most %.3g m from its centre of mass",
@@ -169,6 +189,7 @@ void check_object(Verdict& verdict, const Options& options) {
 void check_hand(Verdict& verdict) {
   const auto hand = assets::load_hand(verdict.file, {});
   if (!hand) return add_error(verdict, hand.error());
+  if (const Status ok = try_out(nullptr, &hand->bundle); !ok) return add_error(verdict, ok.error());
   verdict.warnings = hand->warnings;
   verdict.summary = std::to_string(hand->bundle.link_size()) + " links, " +
                     std::to_string(hand->bundle.joint_size()) + " joints, " +

@@ -37,27 +37,39 @@ SignalWatch::~SignalWatch() {
   close(end_);
 }
 
+void SignalWatch::end_at_signal() {
+  {
+    const MutexLock lock(mutex_);
+    end_at_once_ = true;
+  }
+  thread_ = std::thread([this] { watch(); });
+}
+
 void SignalWatch::start(std::function<void()> first) {
   {
     const MutexLock lock(mutex_);
     first_ = std::move(first);
+    end_at_once_ = false;
   }
-  thread_ = std::thread([this] {
-    std::optional<std::chrono::steady_clock::time_point> asked;
-    for (;;) {
-      pollfd items[] = {{signals_, POLLIN, 0}, {end_, POLLIN, 0}};
-      if (poll(items, 2, -1) < 0) continue;
-      if (items[1].revents != 0) return;
-      signalfd_siginfo info;
-      if (read(signals_, &info, sizeof info) != static_cast<ssize_t>(sizeof info)) continue;
-      const auto now = std::chrono::steady_clock::now();
-      if (asked && now - *asked > kCopies) _exit(130);
-      if (asked) continue;
-      asked = now;
-      const MutexLock lock(mutex_);
-      if (first_) first_();
-    }
-  });
+  if (!thread_.joinable()) thread_ = std::thread([this] { watch(); });
+}
+
+void SignalWatch::watch() {
+  std::optional<std::chrono::steady_clock::time_point> asked;
+  for (;;) {
+    pollfd items[] = {{signals_, POLLIN, 0}, {end_, POLLIN, 0}};
+    if (poll(items, 2, -1) < 0) continue;
+    if (items[1].revents != 0) return;
+    signalfd_siginfo info;
+    if (read(signals_, &info, sizeof info) != static_cast<ssize_t>(sizeof info)) continue;
+    const auto now = std::chrono::steady_clock::now();
+    if (asked && now - *asked > kCopies) _exit(130);
+    if (asked) continue;
+    asked = now;
+    const MutexLock lock(mutex_);
+    if (end_at_once_) _exit(130);
+    if (first_) first_();
+  }
 }
 
 void SignalWatch::forget() {

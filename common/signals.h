@@ -17,6 +17,8 @@ class SignalWatch {
   SignalWatch(const SignalWatch&) = delete;
   SignalWatch& operator=(const SignalWatch&) = delete;
 
+  // Until start(), any signal ends the process at once with exit code 130: while files are read, say.
+  void end_at_signal();
   // first: called at the first signal, on the watcher's thread. A second signal ends the process at once with
   // exit code 130; what comes within 0.3 s of the first is a copy of it (batch systems signal every process
   // of a job, and so does the job's script).
@@ -26,8 +28,11 @@ class SignalWatch {
   void forget();
 
  private:
+  void watch();
+
   int signals_ = -1, end_ = -1;
   Mutex mutex_;
+  bool end_at_once_ GUARDED_BY(mutex_) = false;
   std::function<void()> first_ GUARDED_BY(mutex_);
   std::thread thread_;
 };

@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <new>
 
 #include "common/config.h"
 #include "common/log.h"
@@ -159,9 +160,7 @@ int run(server::ServerOptions options, const Flags& flags, SignalWatch& signals)
   return 0;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int serve(int argc, char** argv) {
   SignalWatch signals;
   CLI::App app("The master of an evograsp run: evolves grasp controllers on workers.", "evograsp-server");
   app.set_version_flag("--version", std::string("evograsp-server ") + kVersion);
@@ -189,6 +188,7 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? 0 : static_cast<int>(ErrorCode::kUsage);
   }
   set_up_logging(flags.log);
+  signals.end_at_signal();
   allow_many_connections();
   if (app.count("--listen") > 0 && flags.listen.empty())
     return report({ErrorCode::kUsage, "--listen: wants an address, e.g. tcp://127.0.0.1:5555"});
@@ -206,4 +206,16 @@ int main(int argc, char** argv) {
     return report(status.error());
   }
   return run(std::move(options), flags, signals);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return serve(argc, argv);
+  } catch (const std::bad_alloc&) {
+    return report({ErrorCode::kIo, "not enough memory for this run on this machine"});
+  } catch (const std::exception& error) {
+    return report({ErrorCode::kInternal, error.what()});
+  }
 }

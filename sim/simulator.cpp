@@ -41,6 +41,8 @@ struct Slot final : Workspace {
   std::vector<Contact> contacts;
 };
 
+constexpr std::size_t kMaxObjects = 256;
+
 // Positions beyond this are as good as infinite: squares of them would overflow.
 constexpr double kFarAway = 1e9;  // m
 
@@ -131,6 +133,9 @@ Result<std::shared_ptr<const Simulator>> GraspSimulator::create(
     const proto::Experiment& experiment, const std::vector<proto::ObjectBundle>& objects,
     const proto::HandBundle& hand) {
   if (objects.empty()) return fail(ErrorCode::kInvalid, "experiment: no object in the scene");
+  if (objects.size() > kMaxObjects)
+    return fail(ErrorCode::kInvalid,
+                "experiment: more than " + std::to_string(kMaxObjects) + " objects in the scene");
   std::shared_ptr<GraspSimulator> sim(new GraspSimulator);
   Status ok = check_ranges(experiment);
   if (ok) ok = keep(HandModel::create(hand, experiment.grasp().contact_tolerance()), sim->hand_model_);

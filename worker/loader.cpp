@@ -6,6 +6,12 @@
 #include "assets/assets.h"
 
 namespace evograsp::worker {
+namespace {
+
+constexpr int kMaxObjects = 256;
+constexpr std::size_t kMaxAssets = std::size_t{512} << 20;  // bytes, of all together
+
+}  // namespace
 
 Status Loader::begin(const proto::Experiment& experiment) {
   const std::string own = assets::experiment_fingerprint(experiment);
@@ -13,6 +19,10 @@ Status Loader::begin(const proto::Experiment& experiment) {
     return fail(ErrorCode::kUnsupported, "the master's experiment has fingerprint " +
                                              experiment.fingerprint() + ", this build makes it " + own +
                                              ": install the same version on both sides");
+  if (experiment.object_id_size() > kMaxObjects)
+    return fail(ErrorCode::kInvalid, "the master's experiment has " +
+                                         std::to_string(experiment.object_id_size()) +
+                                         " objects, more than " + std::to_string(kMaxObjects));
   experiment_ = experiment;
   const std::set<std::string> wanted(experiment.object_id().begin(), experiment.object_id().end());
   std::erase_if(objects_, [&](const auto& entry) { return !wanted.contains(entry.first); });
@@ -40,6 +50,11 @@ Status Loader::accept(const std::string& id, std::string_view packed) {
     return fail(ErrorCode::kInvalid, "asset " + id + " was not asked for");
   auto object = assets::unpack_object(packed, id);
   if (!object) return tl::unexpected(object.error());
+  std::size_t all = object->ByteSizeLong();
+  for (const auto& [other, kept] : objects_) all += kept.ByteSizeLong();
+  if (all > kMaxAssets)
+    return fail(ErrorCode::kInvalid, "the master's objects take more than the " +
+                                         std::to_string(kMaxAssets >> 20) + " MiB allowed together");
   objects_[id] = std::move(*object);
   return {};
 }

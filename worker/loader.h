@@ -17,13 +17,13 @@ namespace evograsp::worker {
 // Not thread-safe. Bundles stay between experiments: a master that comes back serves the same ones.
 class Loader {
  public:
-  // An error when the fingerprint is not what this build makes of the experiment: it would simulate something
-  // else.
+  // An error when the fingerprint is not what this build makes of the experiment, for it would simulate
+  // something else, and for more than 256 objects.
   Status begin(const proto::Experiment& experiment);
   const proto::Experiment& experiment() const { return experiment_; }
   // Ids not here yet; empty: build() may be called.
   std::vector<std::string> missing() const;
-  // Checks the bytes against their id.
+  // Checks the bytes against their id, and what all objects take together.
   Status accept(const std::string& id, std::string_view packed);
   // Takes long (meshes): not for the thread that answers heartbeats.
   Result<std::shared_ptr<const sim::Simulator>> build() const;

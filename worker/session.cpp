@@ -3,6 +3,8 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <fstream>
 #include <random>
 #include <utility>
@@ -10,16 +12,16 @@
 #include "common/log.h"
 #include "common/rendezvous.h"
 #include "common/version.h"
-#include "worker/calibration.h"
 
 namespace evograsp::worker {
 
 namespace {
 
-constexpr double kFirstPatience = 0.5, kMostPatience = 1.0;  // s: a master that is back is found within this
+constexpr double kMostPatience = 1.0;  // s: a master that is back is found within this
 constexpr double kSlowestTick = 0.1;
 constexpr double kSignSeconds = 1;
 constexpr double kWarnAgain = 60;  // s
+constexpr double kAloneSeconds = 5;  // without a master until that is worth a line
 constexpr double kReconnectPause = 0.1;
 constexpr double kRendezvousPause = 0.5;  // s: the file may be on a file server that a thousand workers ask
 // A task that runs this long is reported as started. Most are done by then, and their result says it all.
@@ -31,11 +33,6 @@ constexpr double kLastPatience = 2;  // s, for slots to finish what they do, whe
 
 std::chrono::milliseconds milliseconds(double seconds) {
   return std::chrono::milliseconds(static_cast<int>(seconds * 1000));
-}
-
-// The nearest value between the two; the first for what is no number.
-double within(double value, double least, double most) {
-  return value >= least ? std::min(value, most) : least;
 }
 
 // A thousand workers shall not knock at once. Affects no result.
@@ -63,13 +60,6 @@ const char* cause_of(FailedHandshake::Why why, bool has_keys) {
 }
 
 }  // namespace
-
-struct Session::Built {
-  std::uint64_t session = 0;
-  std::atomic<bool> ready{false};
-  Result<std::shared_ptr<const sim::Simulator>> simulator{nullptr};
-  double trial_seconds = 0;
-};
 
 Session::Session(zmq::context_t& context, const WorkerOptions& options, std::shared_ptr<Wakeup> wakeup,
                  const std::atomic<int>& order)
@@ -125,7 +115,10 @@ void Session::show_life() {
   if (options_.alive_file.empty() || Clock::now() < next_sign_) return;
   next_sign_ = Clock::now() + milliseconds(kSignSeconds);
   constexpr const char* kWords[] = {"looking", "loading", "serving", "draining"};
-  std::ofstream(options_.alive_file) << kWords[static_cast<int>(state_)] << "\n";
+  std::ofstream sign(options_.alive_file);
+  sign << kWords[static_cast<int>(state_)] << "\n" << std::flush;
+  if (!sign && !std::exchange(sign_failed_, true))
+    spdlog::warn("--alive-file {}: cannot be written: {}", options_.alive_file, std::strerror(errno));
 }
 
 // Where the master is: false while nobody says so.
@@ -141,6 +134,14 @@ bool Session::find_master() {
 }
 
 void Session::check_absence() {
+  const bool looking = !connected_ || state_ == State::kGreeting;
+  if (looking && !alone_said_ && Clock::now() - served_ > milliseconds(kAloneSeconds)) {
+    alone_said_ = true;
+    if (!options_.rendezvous.empty() && !read_rendezvous(options_.rendezvous))
+      spdlog::warn("{}: does not say where a master is: still looking", options_.rendezvous);
+    else
+      spdlog::warn("no master answers at {}: still looking", endpoint_);
+  }
   if (options_.wait_seconds <= 0 || Clock::now() - served_ < milliseconds(options_.wait_seconds)) return;
   const std::string where = options_.rendezvous.empty() ? endpoint_ : options_.rendezvous;
   give_up({ErrorCode::kUnavailable,
@@ -263,6 +264,7 @@ void Session::read_all() {
   while (!done_ && !lost_ && receive(socket_, false, arena_, message)) {
     heard_ = served_ = Clock::now();
     warned_of_.reset();
+    alone_said_ = false;
     largest_ = std::max(largest_, message.size);
     if (message.envelope == nullptr)
       give_up({ErrorCode::kUnavailable, endpoint_ + ": sent " + message.fault});
@@ -276,7 +278,10 @@ void Session::read_all() {
 void Session::handle(Received& message) {
   const proto::Envelope& envelope = *message.envelope;
   const SessionStamp stamp{envelope.run(), envelope.epoch()};
-  if (envelope.has_welcome()) return on_welcome(envelope.welcome(), stamp);
+  if (envelope.has_welcome()) {
+    if (state_ == State::kGreeting) on_welcome(envelope.welcome(), stamp);
+    return;  // a second one would begin anew what is under way
+  }
   if (envelope.has_refusal()) return on_refusal(envelope.refusal());
   if (state_ == State::kGreeting || stamp != stamp_) return;
   switch (envelope.body_case()) {
@@ -300,73 +305,6 @@ void Session::handle(Received& message) {
     default:
       return;
   }
-}
-
-void Session::on_welcome(const proto::Welcome& welcome, const SessionStamp& stamp) {
-  stamp_ = stamp;
-  silence_seconds_ = within(welcome.silence_seconds(), 0.05, 3600);
-  heartbeat_seconds_ = within(welcome.heartbeat_seconds(), 0.01, 3600);
-  patience_ = kFirstPatience;
-  spdlog::info("welcome to {}: {} slots", endpoint_, options_.slots);
-  if (welcome.experiment().object_id().empty()) {  // no-op work only
-    fingerprint_ = welcome.experiment().fingerprint();
-    slots_->set_simulator(nullptr);
-    return announce_ready();
-  }
-  if (fingerprint_ == welcome.experiment().fingerprint()) return announce_ready();
-  state_ = State::kLoading;
-  if (Status status = loader_.begin(welcome.experiment()); !status) {
-    farewell_ = status.error().message;
-    return give_up(status.error());
-  }
-  request_assets();
-}
-
-void Session::on_refusal(const proto::Refusal& refusal) {
-  if (!refusal.retry())
-    return give_up({ErrorCode::kUnavailable, endpoint_ + " refuses: " + refusal.reason()});
-  spdlog::warn("{} refuses for now: {}", endpoint_, refusal.reason());
-  lost_ = true;
-}
-
-void Session::request_assets() {
-  const std::vector<std::string> missing = loader_.missing();
-  if (missing.empty()) return build_simulator();
-  for (const std::string& id : missing) {
-    proto::Envelope envelope = make_envelope(stamp_);
-    envelope.mutable_asset_request()->set_id(id);
-    send(socket_, {}, envelope);
-  }
-}
-
-void Session::on_asset(const proto::AssetReply& reply, const std::vector<zmq::message_t>& attachments) {
-  if (state_ != State::kLoading || built_) return;
-  if (!reply.found() || attachments.size() != 1)
-    return give_up({ErrorCode::kNotFound, endpoint_ + " does not have asset " + reply.id()});
-  const Status status = loader_.accept(reply.id(), attachments[0].to_string_view());
-  if (!status) return give_up({status.error().code, endpoint_ + ": " + status.error().message});
-  if (loader_.missing().empty()) build_simulator();
-}
-
-// On a slot: heartbeats go on meanwhile.
-void Session::build_simulator() {
-  built_ = std::make_shared<Built>();
-  Job job;
-  job.errand = [built = built_, loader = loader_, wakeup = wakeup_] {
-    built->simulator = loader.build();
-    if (built->simulator) built->trial_seconds = measure_grasp(**built->simulator);
-    built->ready = true;
-    wakeup->notify();
-  };
-  slots_->push(std::move(job));
-}
-
-void Session::announce_ready() {
-  state_ = State::kServing;
-  proto::Envelope envelope = make_envelope(stamp_);
-  envelope.mutable_ready()->set_fingerprint(fingerprint_);
-  if (trial_seconds_ > 0) envelope.mutable_ready()->set_trial_seconds(trial_seconds_);
-  send(socket_, {}, envelope);
 }
 
 void Session::enqueue(Received& message) {
@@ -416,18 +354,7 @@ void Session::send_events() {
     next_beat_ = Clock::now() + milliseconds(heartbeat_seconds_);  // a result is news enough
     send(socket_, {}, std::move(event.frame));
   }
-  if (!built_ || !built_->ready) return;
-  const auto built = std::exchange(built_, nullptr);
-  if (!built->simulator) {
-    farewell_ = built->simulator.error().message;
-    return give_up(built->simulator.error());
-  }
-  auto shared = std::make_shared<SharedSimulator>();
-  shared->simulator = *built->simulator;
-  slots_->set_simulator(std::move(shared));
-  fingerprint_ = loader_.experiment().fingerprint();
-  trial_seconds_ = built->trial_seconds;
-  announce_ready();
+  take_simulator();
 }
 
 void Session::obey() {

@@ -56,7 +56,8 @@ class Session {
   void on_drain(const proto::Drain& drain);
   void request_assets();
   void build_simulator();
-  void announce_ready();
+  void take_simulator();
+  void announce_ready(const std::string& fingerprint);
   void enqueue(Received& message);
   void send_events();
   void beat();
@@ -93,7 +94,8 @@ class Session {
   double silence_seconds_ = 1.5;
   double heartbeat_seconds_ = 0.5;
   std::size_t largest_ = 0;  // message received, bytes
-  double patience_ = 0.5;    // s, for a Welcome; grows while there is no master
+  static constexpr double kFirstPatience = 0.5;
+  double patience_ = kFirstPatience;  // s, for a Welcome; grows while there is no master
   Clock::time_point heard_{}, looked_{}, next_beat_{}, drain_deadline_{};
   std::optional<FailedHandshake::Why> warned_of_;  // since a master was last heard
   Clock::time_point next_warning_{};
@@ -105,6 +107,7 @@ class Session {
   std::vector<std::uint64_t> handed_back_;
   std::optional<Error> error_;  // why run() returns
   bool done_ = false;
+  bool alone_said_ = false, sign_failed_ = false;  // warned already
 
   // Filled by the slot that builds a simulator.
   struct Built;

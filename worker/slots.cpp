@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <system_error>
 #include <utility>
 
 #include "common/thread_name.h"
@@ -49,7 +50,16 @@ zmq::message_t step_frame(const Job& job, Evaluator& evaluator) {
 
 SlotPool::SlotPool(int slots, std::shared_ptr<Wakeup> wakeup)
     : wakeup_(std::move(wakeup)), running_(static_cast<std::size_t>(slots)) {
-  for (std::size_t i = 0; i < running_.size(); ++i) threads_.emplace_back([this, i] { work(i); });
+  try {
+    for (std::size_t i = 0; i < running_.size(); ++i) threads_.emplace_back([this, i] { work(i); });
+  } catch (const std::system_error& error) {
+    end(0);
+    for (std::thread& thread : threads_) thread.join();
+    throw std::system_error(error.code(), "only " + std::to_string(threads_.size()) + " of " +
+                                              std::to_string(slots) +
+                                              " slots: give fewer --slots, or allow more threads (ulimit "
+                                              "-u, pids.max of the container)");
+  }
 }
 
 SlotPool::~SlotPool() {
@@ -157,14 +167,18 @@ void SlotPool::work(std::size_t slot) {
     const std::uint64_t wanted_version = shared_version_;
     std::shared_ptr<SharedSimulator> shared = shared_;
     lock.unlock();
-    if (version != wanted_version && !job.errand) {
-      evaluator = std::make_unique<Evaluator>(std::move(shared));
-      version = wanted_version;
+    try {
+      if (version != wanted_version && !job.errand) {
+        evaluator = std::make_unique<Evaluator>(std::move(shared));
+        version = wanted_version;
+      }
+      if (job.errand)
+        job.errand();
+      else
+        run(job, *evaluator);
+    } catch (const std::exception& error) {
+      fail_job(job, error.what());
     }
-    if (job.errand)
-      job.errand();
-    else
-      run(job, *evaluator);
     lock.lock();
     --busy_;
     running_[slot].reset();
@@ -179,6 +193,22 @@ void SlotPool::run(Job& job, Evaluator& evaluator) {
     std::this_thread::sleep_for(kAnnouncement);
   }
   post({job.session, job.envelope.task().id(), result_frame(job, evaluator)});
+}
+
+// Out of memory, mostly: the answer is small.
+void SlotPool::fail_job(const Job& job, const char* why) {
+  if (job.errand) return;
+  proto::Envelope envelope = make_envelope(job.stamp);
+  if (job.envelope.has_step_request()) {
+    envelope.mutable_step_reply()->set_id(job.envelope.step_request().id());
+    envelope.mutable_step_reply()->set_client(job.envelope.step_request().client());
+    envelope.mutable_step_reply()->set_error(why);
+    return post({job.session, 0, to_frame(envelope)});
+  }
+  envelope.mutable_result()->set_id(job.envelope.task().id());
+  envelope.mutable_result()->set_attempt(job.envelope.task().attempt());
+  envelope.mutable_result()->set_error(why);
+  post({job.session, job.envelope.task().id(), to_frame(envelope)});
 }
 
 }  // namespace evograsp::worker

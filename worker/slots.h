@@ -25,7 +25,7 @@ struct Job {
   std::uint64_t session = 0;  // of the connection it came by; what is left of an older one is dropped
   proto::Envelope envelope;   // holds a Task or a StepRequest
   std::vector<zmq::message_t> networks;
-  std::function<void()> errand;  // when set, nothing else counts
+  std::function<void()> errand;  // when set, nothing else counts; keeps its errors to itself
 };
 
 // What the connection's thread has to send.
@@ -45,7 +45,8 @@ struct StartedTask {
 // Thread-safe.
 class SlotPool {
  public:
-  // `wakeup` is notified when events wait.
+  // `wakeup` is notified when events wait. Throws std::system_error, which says what to do, when there are
+  // not enough threads.
   SlotPool(int slots, std::shared_ptr<Wakeup> wakeup);
   ~SlotPool();  // waits for what is running
   // Takes no more; false when something still runs after `seconds`.
@@ -74,6 +75,7 @@ class SlotPool {
 
   void work(std::size_t slot);
   void run(Job& job, Evaluator& evaluator);
+  void fail_job(const Job& job, const char* why);
   void post(SlotEvent event);
 
   const std::shared_ptr<Wakeup> wakeup_;

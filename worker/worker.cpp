@@ -1,6 +1,7 @@
 #include "worker/worker.h"
 
 #include <atomic>
+#include <system_error>
 #include <thread>
 
 #include "worker/seat.h"
@@ -21,6 +22,8 @@ class WorkerImpl : public Worker {
     try {
       Session session(context, options_, wakeup_, order_);
       return session.run();
+    } catch (const std::system_error& error) {  // no threads for the slots
+      return fail(ErrorCode::kUsage, error.what());
     } catch (const std::exception& error) {
       return fail(ErrorCode::kInternal, options_.connect + ": " + error.what());
     }

@@ -1,11 +1,13 @@
 // Built-in objects against formulas worked by hand, and the mug's hollow.
 #include <gtest/gtest.h>
+#include <zstd.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
 
 #include "assets/assets.h"
 #include "assets/parts.h"
+#include "common/digest.h"
 #include "common/pose.h"
 
 namespace evograsp::assets {
@@ -168,6 +170,59 @@ TEST(Builtin, PackedBundlesComeBackAndDamageIsSeen) {
   EXPECT_FALSE(unpack_object("", object->id));
   packed[packed.size() / 2] = static_cast<char>(packed[packed.size() / 2] ^ 1);
   EXPECT_FALSE(unpack_object(packed, object->id));
+}
+
+std::string packed_of(const std::string& bytes) {
+  std::string packed(ZSTD_compressBound(bytes.size()), '\0');
+  packed.resize(ZSTD_compress(packed.data(), packed.size(), bytes.data(), bytes.size(), 6));
+  return packed;
+}
+
+// What is a few kilobytes to send must not be gigabytes to hold.
+TEST(Builtin, SmallAssetsThatUnpackToMuchAreRefused) {
+  const auto expect_refused = [](const std::string& bytes, const std::string& why) {
+    const std::string packed = packed_of(bytes);
+    for (const bool hand : {false, true}) {
+      const std::string id = sha256_hex(bytes);
+      const auto object = unpack_object(packed, id);
+      const auto as_hand = unpack_hand(packed, id);
+      const std::string said =
+          hand ? (as_hand ? "" : as_hand.error().message) : (object ? "" : object.error().message);
+      EXPECT_NE(said.find(why), std::string::npos) << (hand ? "hand: " : "object: ") << said;
+    }
+  };
+  const auto repeated = [](const std::string& field, std::size_t times) {
+    std::string bytes;
+    for (std::size_t i = 0; i < times; ++i) bytes += field;
+    return bytes;
+  };
+  expect_refused(repeated(std::string("\x12\0", 2), 200'000), "more than the 100000 values");  // part, link
+  std::string nested = repeated(std::string("\x12\0", 2), 150'000);  // parts of a link
+  const auto size = static_cast<std::uint32_t>(nested.size());
+  std::string length;
+  for (std::uint32_t left = size; left > 0; left >>= 7)
+    length.push_back(static_cast<char>((left & 0x7f) | (left > 0x7f ? 0x80 : 0)));
+  const std::string link = "\x12" + length + nested;
+  const auto hand = unpack_hand(packed_of(link), sha256_hex(link));
+  ASSERT_FALSE(hand);
+  EXPECT_NE(hand.error().message.find("more than the 100000 values"), std::string::npos);
+  expect_refused(repeated("\xf8\x07\x01", 200'000), "more than the 100000 values");  // unknown fields
+  expect_refused(repeated("\xfb\x07\xfc\x07", 10), "not an asset of this kind");     // groups
+  expect_refused(std::string("\x12\x05\0", 3), "not an asset of this kind");
+  expect_refused(std::string((16 << 20) + 1, '\0'), "larger than the 16 MiB allowed");
+}
+
+TEST(Builtin, EveryBuiltInAssetFitsInAPackedOne) {
+  for (const std::string& name : builtin_objects()) {
+    const auto object = load_object(name, {});
+    ASSERT_TRUE(object) << name;
+    EXPECT_TRUE(unpack_object(pack_bundle(object->bundle), object->id)) << name;
+  }
+  for (const std::string& name : builtin_hands()) {
+    const auto hand = load_hand(name, {});
+    ASSERT_TRUE(hand) << name;
+    EXPECT_TRUE(unpack_hand(pack_bundle(hand->bundle), hand->id)) << name;
+  }
 }
 
 }  // namespace

@@ -7,12 +7,17 @@
 #include <cmath>
 #include <csignal>
 #include <cstdlib>
+#include <ctime>
 
 #include "assets/assets.h"
 #include "assets/contained.h"
 #include "assets/mesh_import.h"
+#include "assets/parts.h"
+#include "assets/plain_xml.h"
 #include "assets/ply.h"
 #include "common/network_pack.h"
+#include "assets/simplify.h"
+#include "assets/urdf.h"
 #include "common/random.h"
 #include "tests/assets/files.h"
 
@@ -240,6 +245,22 @@ TEST_F(Hostile, RandomDamageNeverHarmsTheProcess) {
   }
 }
 
+// Pages bound at one edge: simplifying them takes the square of their number.
+TEST_F(Hostile, SurfacesThatTakeForEverAreGivenUp) {
+  Mesh book;
+  book.vertices = {{0, 0, 0}, {0, 0, 0.1}};
+  constexpr std::uint32_t kPages = 100'000;
+  for (std::uint32_t i = 0; i < kPages; ++i) {
+    const double a = i * (6.28 / kPages);
+    book.vertices.emplace_back(0.1 * std::cos(a), 0.1 * std::sin(a), 0.05 + 0.02 * std::sin(7 * a));
+    book.triangles.push_back({0, 1, i + 2});
+  }
+  const Result<Mesh> thinner = contained_simplified(book, 1200, 1);
+  ASSERT_FALSE(thinner);
+  EXPECT_NE(thinner.error().message.find("simplifying its surface took longer than 1 s"), std::string::npos)
+      << thinner.error().message;
+}
+
 TEST_F(Hostile, ObjectFilesSayWhereTheyAreWrong) {
   expect_refused("syntax.txtpb", "cylinder { radius: }", ":1:");
   expect_refused("range.txtpb", "cylinder { radius: -1 height: 0.1 }", "radius");
@@ -247,6 +268,35 @@ TEST_F(Hostile, ObjectFilesSayWhereTheyAreWrong) {
   expect_refused("thick.txtpb", "mug { outer_radius: 0.03 inner_radius: 0.04 }", "inner_radius");
   expect_refused("nowhere.txtpb", "mesh { file: \"missing.stl\" }", "");
   expect_refused("rest.txtpb", "sphere { radius: 0.03 } resting_down { x: 0 y: 0 z: 0 }", "resting_down");
+  expect_refused("nan.txtpb", "sphere { radius: 0.03 } resting_down { z: nan }", "resting_down");
+}
+
+// The square of -1e200 is infinite, and a part of infinity is nothing.
+TEST_F(Hostile, DirectionsOfAnyLengthAreDirections) {
+  const auto rest = [&](const std::string& z) {
+    const std::string path = folder_.write("tipped.txtpb",
+                                           "cuboid { x: 0.1 y: 0.06 z: 0.04 } "
+                                           "resting_down { x: " +
+                                               z + " }");
+    const Result<LoadedObject> object = load_object(path, {});
+    EXPECT_TRUE(object) << (object ? "" : object.error().message);
+    return object ? object->bundle.resting(0) : proto::RestingPose();
+  };
+  const proto::RestingPose usual = rest("-1");
+  EXPECT_NEAR(usual.height(), 0.05, 1e-12);
+  for (const char* z : {"-1e9", "-1e-8"}) {
+    EXPECT_NEAR(rest(z).height(), 0.05, 1e-12) << z;
+    EXPECT_NEAR(rest(z).orientation().w(), usual.orientation().w(), 1e-12) << z;
+  }
+  for (const double length : {1e-8, 1.0, 1e99, 1e101, 1e200, 1.7e308}) {
+    const auto down = direction_of({0.6 * length, 0, -0.8 * length});
+    ASSERT_TRUE(down) << length;
+    EXPECT_LT((*down - Vec3(0.6, 0, -0.8)).norm(), 1e-15) << length;
+  }
+  EXPECT_FALSE(direction_of(Vec3::Zero()));
+  EXPECT_FALSE(direction_of({0, 1e-10, 0}));
+  EXPECT_FALSE(direction_of({HUGE_VAL, 0, 1}));
+  EXPECT_FALSE(direction_of({0, NAN, 1}));
 }
 
 TEST_F(Hostile, UrdfsThatAreNoHands) {
@@ -263,6 +313,48 @@ TEST_F(Hostile, UrdfsThatAreNoHands) {
                       R"(<robot name="x"><link name="a"/><link name="b"/><joint name="j" type="revolute">
 <parent link="a"/><child link="b"/></joint></robot>)",
                       "");
+}
+
+// Ways to make a counter of tags and a parser disagree about what is open.
+TEST_F(Hostile, UrdfsThatHideTheirDepthAreRefused) {
+  std::string deep = "<robot name=\"r\">", closings;
+  for (int i = 0; i < 60000; ++i) deep += "<a>", closings += "</a>";
+  const std::string both = deep + closings + "</robot>";
+  expect_hand_refused("quote.urdf", "<?xml version=\"1.0\" ' ?>" + both, "nested deeper");
+  expect_hand_refused("doctype.urdf", "<!DOCTYPE ' >" + both, "nested deeper");
+  expect_hand_refused("mark.urdf", "\xEF\xBB\xBF" + both, "nested deeper");
+  expect_hand_refused("closed.urdf", closings + deep, "line 1: closes an element that is not open");
+  expect_hand_refused("cdata.urdf", "<robot name=\"r\"><![CDATA[ ' ]]>" + deep, "'<' does not begin");
+  expect_hand_refused("within.urdf", "<robot name=\"r\">\n<!DOCTYPE ' >" + deep,
+                      "line 2: '<' does not begin");
+  expect_hand_refused("entity.urdf", "<!DOCTYPE r [<!ENTITY a \"b\">]>" + deep, "with definitions");
+  expect_hand_refused("half.urdf", "<robot name=\"r\"><!--", "a comment that does not end");
+  std::string hidden = "<robot name=\"r\">";  // "<!-->" is the beginning of a comment, not all of it
+  for (int i = 0; i < 60000; ++i) hidden += "<a><!--></a>-->";
+  expect_hand_refused("comment.urdf", hidden, "nested deeper");
+  std::string leads = "<?xml version=\"1.0\"?><robot name=\"r\">";  // a lead byte swallows what follows it
+  for (int i = 0; i < 60000; ++i) leads += "<a>\xF0</a>";
+  expect_hand_refused("utf8.urdf", leads + "</robot>", "more than 20000 elements");
+}
+
+TEST_F(Hostile, UrdfsThatAreLongAreReadOrRefusedSoon) {
+  std::string many = "<robot name=\"r\"><a ", text = "<robot name=\"r\">";
+  for (int i = 0; i < 200000; ++i) many += "b" + std::to_string(i) + "=\"\" ";
+  while (text.size() < kMaxUrdf - 100) text += "some text &#1; &amp; ";
+  std::string links = "<robot name=\"r\">", chain = "<link name=\"l0\"/>";
+  for (int i = 0; i < kMaxXmlElements - 5; ++i) links += "<link name=\"l" + std::to_string(i) + "\"/>";
+  for (int i = 1; i < 3900; ++i) {
+    const std::string n = std::to_string(i), parent = std::to_string(i - 1);
+    chain += "<link name=\"l" + n + "\"/><joint name=\"j" + n + "\" type=\"fixed\"><parent link=\"l" +
+             parent + "\"/><child link=\"l" + n + "\"/></joint>";
+  }
+  const auto processor_seconds = [] { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; };
+  const double before = processor_seconds();
+  expect_hand_refused("attributes.urdf", many + "/></robot>", "more than 64 attributes");
+  expect_hand_refused("text.urdf", text + "</robot>", "not a usable URDF");
+  expect_hand_refused("links.urdf", links + "</robot>", "");
+  expect_hand_refused("chain.urdf", "<robot name=\"r\">" + chain + "</robot>", "more than 512 links");
+  EXPECT_LT(processor_seconds() - before, 10) << "refused, but slowly";
 }
 
 const char kTwoJaws[] =

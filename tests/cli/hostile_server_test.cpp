@@ -5,6 +5,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <filesystem>
 #include <fstream>
@@ -47,6 +48,8 @@ class Evil {
   }
   ~Evil() {
     ::shutdown(door_, SHUT_RDWR);
+    // Who is not read any more would wait for the kernel's timers to learn that nobody is there.
+    if (connection_ >= 0) ::shutdown(connection_, SHUT_RDWR);
     thread_.join();
     ::close(door_);
   }
@@ -54,18 +57,21 @@ class Evil {
 
  private:
   void serve() {
-    for (int c = 0; (c = ::accept(door_, nullptr, nullptr)) >= 0; ::close(c)) {
+    for (int c = 0; (c = ::accept(door_, nullptr, nullptr)) >= 0;) {
+      connection_ = c;
       std::string request(8192, '\0');
       const ssize_t n = ::recv(c, request.data(), request.size(), 0);
-      if (n <= 0) continue;
-      std::istringstream words(request.substr(0, static_cast<std::size_t>(n)));
+      std::istringstream words(request.substr(0, static_cast<std::size_t>(std::max<ssize_t>(n, 0))));
       std::string method, path;
       words >> method >> path;
-      answer_(c, path);
+      if (!path.empty()) answer_(c, path);
+      connection_ = -1;
+      ::close(c);
     }
   }
   const Answer answer_;
   const int door_;
+  std::atomic<int> connection_{-1};
   std::string url_;
   std::thread thread_;
 };

@@ -4,6 +4,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -236,7 +237,10 @@ TEST_F(Look, RealFramesAreReadAndAnswered) {
     const Ran ran = run("infer " + path("zero.pb") + " --depth " + (frame.path() / "depth.png").string() +
                         " --camera " + (frame.path() / "camera.json").string() + " --click 320,240 --json");
     ASSERT_EQ(ran.code, 0) << ran.out;
-    EXPECT_LT(json::parse(ran.out)["distance_from_click"].get<double>(), 0.3);
+    // Warnings come first: of notes in the camera's file, of surfaces farther than any in training.
+    const std::string answer = ran.out.substr(std::min(ran.out.find("\n{"), ran.out.size() - 1) + 1);
+    EXPECT_LT(json::parse(ran.out.starts_with('{') ? ran.out : answer)["distance_from_click"].get<double>(),
+              0.3);
   }
   EXPECT_GE(frames, 4);
 }

@@ -61,6 +61,23 @@ printf %b "$cube$faces" >unclosed.obj
 expect 0 "$evograsp" validate unclosed.obj
 grep -q 'unclosed.obj: not closed (4 open edges)' err || fail "an open mesh without a warning"
 
+# What only the simulator refuses.
+{ echo 'sphere { radius: 0.03 }'; for i in $(seq 257); do echo "resting_down { x: 0.$i z: -1 }"; done; } >restless.txtpb
+refused restless.txtpb 'needs 1 to 256 resting poses'
+limit='<limit lower="0" upper="0.04" effort="1" velocity="1"/>'
+box='<collision><geometry><box size="0.02 0.01 0.06"/></geometry></collision>'
+cat >wild.urdf <<END
+<robot name="wild"><link name="p">$box</link><link name="l">$box</link><link name="r">$box</link>
+<joint name="a" type="prismatic"><parent link="p"/><child link="l"/><origin xyz="0 0.05 0.03"/><axis xyz="0 -1 0"/>$limit</joint>
+<joint name="b" type="prismatic"><parent link="p"/><child link="r"/><origin xyz="0 -0.05 0.03"/><axis xyz="0 1 0"/>$limit
+<mimic joint="a" multiplier="1"/></joint></robot>
+END
+expect 0 "$evograsp" validate wild.urdf
+sed 's/multiplier="1"/multiplier="1e300"/' wild.urdf >ratio.urdf
+refused ratio.urdf 'hand: '
+sed '1s/p">/p"><collision><origin xyz="0 0 1e300"\/><geometry><sphere radius="0.01"\/><\/geometry><\/collision>/' wild.urdf >far.urdf
+refused far.urdf ''
+
 expect 1 "$evograsp" validate --json bad.txtpb quick
 grep -q '"line": 3' out || fail "JSON without the line"
 finish
