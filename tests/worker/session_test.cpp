@@ -92,6 +92,10 @@ TEST_F(Greeted, WelcomesDoNotPutOffTheEndOfADrain) {
   proto::Envelope task = make_envelope(kStamp);
   task.mutable_task()->set_id(1);
   task.mutable_task()->set_noop_seconds(2);
+  task.mutable_task()->add_network(1);
+  task.mutable_task()->add_trial();
+  task.mutable_task()->set_trials(1);
+  task.add_attachment("network");
   say(task);
   ASSERT_TRUE(await(proto::Envelope::kStarted));
   order_ = Session::kDrain;
