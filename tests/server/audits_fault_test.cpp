@@ -80,8 +80,11 @@ TEST_F(Audits, AKillAfterTheRetractionDoesNotBringTheLiesBack) {
   const std::vector<std::string> settings = {"neat.population=150", "dispatch.audit_share=0.2",
                                              "dispatch.task_seconds=0.0003"};
   Process server("evograsp-server", server_arguments(settings), log("server"));
-  const auto a = start_faulty("honest-a", "sleep:0.004"), b = start_faulty("honest-b", "sleep:0.004");
-  const auto liar = start_faulty("liar", "lie-after:12");
+  // So slow that the first generation is not over before the liar is here.
+  const auto a = start_faulty("honest-a", "sleep:0.02"), b = start_faulty("honest-b", "sleep:0.02");
+  wait_for_welcome(*a);
+  wait_for_welcome(*b);
+  const auto liar = start_faulty("liar", "lie-after:5");
   ASSERT_TRUE(eventually([&] { return !events("quarantine").empty() || server.ended(); }, 40))
       << server.log();
   ASSERT_FALSE(server.ended()) << server.log();

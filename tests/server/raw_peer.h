@@ -21,10 +21,11 @@ class RawPeer {
   }
   void send(const proto::Envelope& envelope) { evograsp::send(socket_, {}, envelope); }
   void send_bytes(const std::string& bytes) { socket_.send(zmq::buffer(bytes), zmq::send_flags::dontwait); }
-  proto::Envelope hello(const std::string& identity, std::uint32_t pid = 1) const {
+  proto::Envelope hello(const std::string& identity, std::uint32_t pid = 1,
+                        const std::string& host = "test") const {
     proto::Envelope envelope = make_envelope({});
     envelope.mutable_hello()->set_build(kVersion);
-    envelope.mutable_hello()->set_host("test");
+    envelope.mutable_hello()->set_host(host);
     envelope.mutable_hello()->set_pid(pid);
     envelope.mutable_hello()->set_slots(1);
     envelope.mutable_hello()->set_identity(identity);
@@ -44,8 +45,8 @@ class RawPeer {
     return std::nullopt;
   }
   // Says hello and ready; the stamp is the master's from then on.
-  bool join(const std::string& identity) {
-    send(hello(identity));
+  bool join(const std::string& identity, const std::string& host = "test") {
+    send(hello(identity, 1, host));
     const auto welcome = next();
     if (!welcome || !welcome->has_welcome()) return false;
     stamp_ = {welcome->run(), welcome->epoch()};
@@ -113,6 +114,10 @@ class CountingSink : public server::WorkSink {
   }
   int events(const std::string& kind) const {
     return locked([&] { return events_.count(kind) ? events_.at(kind) : 0; });
+  }
+  // The text of the last event of the kind.
+  std::string last(const std::string& kind) const {
+    return locked([&] { return last_.count(kind) ? last_.at(kind) : std::string(); });
   }
   std::map<std::uint32_t, int> evaluations() const {
     return locked([&] { return evaluated_; });
