@@ -94,6 +94,7 @@ TEST_F(Audits, AKillAfterTheRetractionDoesNotBringTheLiesBack) {
   EXPECT_EQ(text.find("; 0 of its results"), std::string::npos) << text;
   EXPECT_NE(text.find("of generation 0"), std::string::npos) << "it lied too late for this test: " << text;
   Process again("evograsp-server", resume_arguments(), log("again"));
+  const auto quick = start_worker("quick", 2);
   EXPECT_EQ(again.finish(), 0) << again.log();
   expect_champion(settings);
 }
