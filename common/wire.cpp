@@ -77,6 +77,8 @@ SendResult send(zmq::socket_t& socket, const std::string& peer, const proto::Env
 
 namespace {
 
+constexpr std::size_t kMostNamed = 200;  // characters
+
 // ZMQ_SRCFD is the only link that libzmq 4.3 offers between a routing id and the connection a monitor speaks
 // of.
 int source_fd(zmq::message_t& frame) {
@@ -99,11 +101,20 @@ bool nothing_follows(zmq::socket_t& socket, const zmq::message_t& first) {
   return !first.more();
 }
 
+// Who greets in another version, as far as it can be understood: a name for the log, printable and short.
+std::string greeting_of(const proto::Envelope& envelope) {
+  if (!envelope.has_hello()) return {};
+  std::string name = envelope.hello().identity().substr(0, kMostNamed);
+  for (char& c : name)
+    if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) >= 0x7f) c = '?';
+  return "the hello of worker " + name + " in ";
+}
+
 // Why an envelope is unacceptable; empty: it is not.
 std::string fault_of(const proto::Envelope& envelope) {
   if (envelope.protocol() != kProtocolVersion)
-    return "protocol version " + std::to_string(envelope.protocol()) + ", this is version " +
-           std::to_string(kProtocolVersion);
+    return greeting_of(envelope) + "protocol version " + std::to_string(envelope.protocol()) +
+           ", this is version " + std::to_string(kProtocolVersion);
   if (envelope.body_case() == proto::Envelope::BODY_NOT_SET) return "an envelope without content";
   if (static_cast<std::size_t>(envelope.attachment_size()) > kMaxAttachments)
     return std::to_string(envelope.attachment_size()) + " attachments, more than " +

@@ -185,6 +185,23 @@ bool DispatchLoop::another_is_near() {
   });
 }
 
+// It may be back at once.
+void DispatchLoop::note_parted(const Session& session) {
+  if (two_parties()) parted_ = now();
+  parted_hosts_[session.party.host] = now();
+  scheduler_.await_host(session.party.host);
+}
+
+// A bad machine's workers shall not confirm each other while those of another host are away for a moment.
+void DispatchLoop::await_hosts() {
+  std::erase_if(parted_hosts_, [&](const auto& host) { return now() - host.second >= kReunionSeconds; });
+  std::set<std::uint64_t> awaited;
+  for (const auto& [host, when] : parted_hosts_) awaited.insert(host);
+  for (const auto& [id, session] : by_id_)
+    if (!session->ready && now() - session->began < kLoadingSeconds) awaited.insert(session->party.host);
+  scheduler_.await_hosts(std::move(awaited));
+}
+
 // Audits for which there is nobody hold up nothing, once it is sure that nobody is near; a contradiction that
 // nobody can decide does.
 void DispatchLoop::skip_audits() {

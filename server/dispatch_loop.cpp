@@ -256,6 +256,7 @@ void DispatchLoop::tick() {
   send_heartbeats();
   expire_tasks();
   say_when_waiting();
+  await_hosts();
   skip_audits();
   pump_now_and_then();
   finish_if_done();

@@ -32,6 +32,7 @@ struct Session {
   double heard = 0;                  // s, monotonic
   std::uint64_t ping = 0, pong = 0;  // sequence of the last asked for, and of the last that came back
   double ping_sent = 0;
+  double began = 0;        // s
   double told = 0;         // when something was sent last
   std::uint64_t work = 0;  // whose list of trials it has; 0: none
   NetworkMemory has;       // of that work's networks
@@ -95,6 +96,8 @@ class DispatchLoop {
   void send_liars_away();
   bool two_parties() const;
   bool another_is_near();
+  void note_parted(const Session& session);
+  void await_hosts();
   void skip_audits();
   bool refuse_quarantined(const std::string& identity, const Received& message);
   std::string name_of(Party party) const;
@@ -159,15 +162,16 @@ class DispatchLoop {
   std::vector<std::vector<proto::Measurement>> measurements_;  // by network
   std::vector<std::uint8_t> told_;                             // by network: evaluated or poisoned
   Auditor auditor_;
-  std::map<Party, std::string> names_;           // of those that did something of this work
-  std::map<std::string, PeerView> quarantined_;  // by identity
-  std::map<std::string, std::string> verdicts_;  // why, by identity
-  std::vector<Party> liars_;                     // condemned, still connected
-  std::set<std::uint64_t> probation_;            // hosts where a liar was found: all they do is audited
-  bool said_alone_ = false;                      // that audits need two workers
-  std::optional<double> parted_;                 // s; a party went, not for good, and another was here
-  std::optional<double> alone_for_opinions_;     // s; since one party alone could give opinions
-  bool said_disputed_ = false;                   // that a dispute needs a third
+  std::map<Party, std::string> names_;            // of those that did something of this work
+  std::map<std::string, PeerView> quarantined_;   // by identity
+  std::map<std::string, std::string> verdicts_;   // why, by identity
+  std::vector<Party> liars_;                      // condemned, still connected
+  std::set<std::uint64_t> probation_;             // hosts where a liar was found: all they do is audited
+  bool said_alone_ = false;                       // that audits need two workers
+  std::optional<double> parted_;                  // s; a party went, not for good, and another was here
+  std::map<std::uint64_t, double> parted_hosts_;  // s; when a worker of the host went, not for good
+  std::optional<double> alone_for_opinions_;      // s; since one party alone could give opinions
+  bool said_disputed_ = false;                    // that a dispute needs a third
   bool working_ = false;
   std::set<std::string> drained_;  // hosts and identities
   SlotHint hint_;

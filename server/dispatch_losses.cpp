@@ -30,7 +30,7 @@ void DispatchLoop::end_session(Session& session, Departure departure, const std:
   session.view.heard = unix_time();
   sink_.worker(session.view);
   const bool lost = departure != Departure::kLeft;
-  if (!session.leaving && !session.held && two_parties()) parted_ = now();
+  if (!session.leaving && !session.held) note_parted(session);
   if (lost) ++totals_.lost;
   list(lost, lost ? "worker_lost" : "worker_left",
        "worker " + session.view.identity + ": " + why + "; " + std::to_string(held) + " tasks go to others");

@@ -120,7 +120,7 @@ void DispatchLoop::on_hello(const Received& message) {
   session->address = message.address;
   session->id = next_id_++;
   session->fd = message.fd;
-  session->heard = now();
+  session->heard = session->began = now();
   PeerView& view = session->view;
   view.identity = clean(hello.identity());
   view.host = clean(hello.host());

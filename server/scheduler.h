@@ -16,6 +16,7 @@
 #include <set>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "server/audit.h"
@@ -142,6 +143,9 @@ class Scheduler {
   // The piece is to be done once more, by none of `not_by`, as an opinion on case `audit`: on another host
   // than theirs while one is here. Its network, which must not be complete, is complete only after that.
   void audit(std::uint32_t audit, const Piece& piece, std::vector<Party> not_by);
+  // Hosts whose workers are to be back, or to have loaded, in a moment: as long, they count as here.
+  void await_hosts(std::set<std::uint64_t> hosts) { awaited_ = std::move(hosts); }
+  void await_host(std::uint64_t host) { awaited_.insert(host); }
   // An opinion that nobody waits for any more is not asked for if that has not been done yet.
   void withdraw_audit(std::uint32_t audit);
   struct Skipped {
@@ -248,8 +252,9 @@ class Scheduler {
   SchedulerOptions options_;
   std::map<WorkerId, Worker> workers_;
   std::map<std::uint64_t, std::map<WorkerId, std::uint64_t>> able_;  // by host: identities that take work now
-  std::optional<std::uint64_t> first_host_;                          // that ever joined
-  bool many_hosts_ = false;                                          // another has joined since
+  std::set<std::uint64_t> awaited_;
+  std::optional<std::uint64_t> first_host_;  // that ever joined
+  bool many_hosts_ = false;                  // another has joined since
   std::uint32_t total_slots_ = 0;
   std::array<double, 2> trial_seconds_;  // as in Worker
   std::size_t kind_ = 0;                 // of the work at hand: 0 grasps, 1 lifts

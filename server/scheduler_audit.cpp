@@ -18,12 +18,14 @@ void Scheduler::count(WorkerId id, const Worker& worker) {
   if (host->second.empty()) able_.erase(host);
 }
 
-// Somebody takes work who is none of them, on none of their hosts.
+// Somebody takes work, or will in a moment, who is none of them, on none of their hosts.
 bool Scheduler::another_host(const std::vector<Party>& heard) const {
+  const auto spoke = [&](std::uint64_t host) {
+    return std::any_of(heard.begin(), heard.end(), [&](const Party& p) { return p.host == host; });
+  };
+  if (!std::all_of(awaited_.begin(), awaited_.end(), spoke)) return true;
   return std::any_of(able_.begin(), able_.end(), [&](const auto& host) {
-    if (std::any_of(heard.begin(), heard.end(), [&](const Party& p) { return p.host == host.first; }))
-      return false;
-    return std::any_of(host.second.begin(), host.second.end(), [&](const auto& worker) {
+    return !spoke(host.first) && std::any_of(host.second.begin(), host.second.end(), [&](const auto& worker) {
       return std::find(heard.begin(), heard.end(), Party(worker.second)) == heard.end();
     });
   });

@@ -74,12 +74,13 @@ void Scheduler::blame(const Assignment& what, const Attempt& attempt, const Work
   }
 }
 
+// Only what ran alone is given up: the first time, it may have been another's doing.
 void Scheduler::add_try(const Assignment& what, Party party, bool strike) {
   for (const std::uint32_t network : what.networks) {
     if (left_[network] == 0) continue;
     if (strike) ++counts_.strikes;
     records_[network].tries.push_back({party, strike});
-    if (is_enough(records_[network])) poison(network);
+    if (what.suspect && is_enough(records_[network])) poison(network);
   }
 }
 

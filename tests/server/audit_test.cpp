@@ -160,6 +160,16 @@ TEST_F(ScheduledAudit, GoesToAnotherWorkerOfTheHostWhenNoOtherIsHere) {
   EXPECT_TRUE(scheduler_.next(2, 0));
 }
 
+TEST_F(ScheduledAudit, WaitsForAnotherHostThatIsAwayForAMoment) {
+  scheduler_.join(2, 1, Party(200));
+  first_result();
+  scheduler_.await_hosts({9});
+  EXPECT_FALSE(scheduler_.next(2, 0)) << "a machine confirms itself while the other host connects anew";
+  EXPECT_TRUE(scheduler_.skip_audits().audits.empty());
+  scheduler_.await_hosts({});
+  EXPECT_TRUE(scheduler_.next(2, 0));
+}
+
 // The same identity seen from another machine is no other opinion, and keeps nobody from giving one.
 TEST_F(ScheduledAudit, AnIdentityThatMovedIsStillTheSame) {
   scheduler_.join(2, 1, Party(200));

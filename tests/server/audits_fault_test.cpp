@@ -80,8 +80,11 @@ TEST_F(Audits, AKillAfterTheRetractionDoesNotBringTheLiesBack) {
   const std::vector<std::string> settings = {"neat.population=150", "dispatch.audit_share=0.2",
                                              "dispatch.task_seconds=0.0003"};
   Process server("evograsp-server", server_arguments(settings), log("server"));
-  const auto a = start_faulty("honest-a", "sleep:0.004"), b = start_faulty("honest-b", "sleep:0.004");
-  const auto liar = start_faulty("liar", "lie-after:12");
+  // So slow that the first generation is not over before the liar is here.
+  const auto a = start_faulty("honest-a", "sleep:0.02"), b = start_faulty("honest-b", "sleep:0.02");
+  wait_for_welcome(*a);
+  wait_for_welcome(*b);
+  const auto liar = start_faulty("liar", "lie-after:5");
   ASSERT_TRUE(eventually([&] { return !events("quarantine").empty() || server.ended(); }, 40))
       << server.log();
   ASSERT_FALSE(server.ended()) << server.log();
@@ -91,6 +94,7 @@ TEST_F(Audits, AKillAfterTheRetractionDoesNotBringTheLiesBack) {
   EXPECT_EQ(text.find("; 0 of its results"), std::string::npos) << text;
   EXPECT_NE(text.find("of generation 0"), std::string::npos) << "it lied too late for this test: " << text;
   Process again("evograsp-server", resume_arguments(), log("again"));
+  const auto quick = start_worker("quick", 2);
   EXPECT_EQ(again.finish(), 0) << again.log();
   expect_champion(settings);
 }

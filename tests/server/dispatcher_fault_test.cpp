@@ -87,6 +87,9 @@ TEST_F(DispatcherFaults, AnotherProtocolVersionIsRefusedWithTheReason) {
   EXPECT_NE(answer->refusal().reason().find("protocol version " + std::to_string(kProtocolVersion + 1)),
             std::string::npos)
       << answer->refusal().reason();
+  EXPECT_EQ(sink_.events("malformed"), 1);
+  EXPECT_NE(sink_.event_text("malformed").find("the hello of worker old in protocol version"), std::string::npos)
+      << sink_.event_text("malformed");
 }
 
 TEST_F(DispatcherFaults, AnotherBuildIsRefusedOnBothSides) {
@@ -114,6 +117,41 @@ TEST_F(DispatcherFaults, AnotherExperimentIsRefused) {
   const auto answer = peer.next();
   ASSERT_TRUE(answer && answer->has_refusal());
   EXPECT_NE(answer->refusal().reason().find("fingerprint"), std::string::npos);
+  EXPECT_EQ(sink_.events("refused"), 1);
+  EXPECT_NE(
+      sink_.event_text("refused").find("worker peer: the worker's simulator is not the experiment's: fingerprint "
+                                 "another instead of none"),
+      std::string::npos)
+      << sink_.event_text("refused");
+}
+
+// As of a worker that has outlived a master and speaks to its successor.
+TEST_F(DispatcherFaults, AResultFromAnotherEpochOrRunIsNobodys) {
+  server::DispatcherOptions options = noop_options();
+  options.stamp = {7, 4};
+  start(std::move(options));
+  RawPeer peer(context_, endpoint_);
+  ASSERT_TRUE(peer.join("old hand"));
+  give_noop_work(*dispatcher_, 1, 2, 0);
+  const auto task = peer.next();
+  ASSERT_TRUE(task && task->has_task());
+  proto::Envelope result = peer.result_of(task->task());
+  for (const SessionStamp& stamp : {SessionStamp{7, 3}, SessionStamp{7, 5}, SessionStamp{8, 4}}) {
+    result.set_run(stamp.run);
+    result.set_epoch(stamp.epoch);
+    for (proto::Measurement& m : *result.mutable_result()->mutable_measurement()) m.set_quality(1);
+    peer.send(result);
+  }
+  proto::Envelope question = make_envelope(peer.stamp());
+  question.mutable_asset_request()->set_id("none");
+  peer.send(question);
+  const auto answer = peer.next();
+  ASSERT_TRUE(answer && answer->has_asset_reply()) << "what was said before has been heard";
+  EXPECT_TRUE(sink_.evaluations().empty());
+  peer.send(peer.result_of(task->task()));
+  EXPECT_TRUE(eventually([&] { return sink_.finished_times() == 1; }));
+  expect_once(1);
+  EXPECT_TRUE(sink_.all_zero_quality());
 }
 
 TEST_F(DispatcherFaults, WithoutAHelloNothingIsBelieved) {

@@ -44,11 +44,16 @@ class LiarsAtNoop : public ::testing::Test {
     dispatcher_ = std::move(*server::Dispatcher::create(context_, std::move(options), sink_));
     endpoint_ = dispatcher_->endpoints()[0];
   }
-  std::unique_ptr<Process> worker(const std::string& name, const std::string& fault) {
-    auto process = std::make_unique<Process>(
-        "evograsp-worker-faulty",
-        std::vector<std::string>{"--connect", endpoint_, "--identity", name, "--slots", "1"},
-        dir_.path() / name, std::vector<std::string>{"EVOGRASP_FAULT=" + fault});
+  // name: empty: the default, which the worker finds itself. host: empty: this one.
+  std::unique_ptr<Process> worker(const std::string& name, const std::string& fault,
+                                  const std::string& host = {}) {
+    std::vector<std::string> arguments = {"--connect", endpoint_, "--slots", "1"};
+    if (!name.empty()) arguments.insert(arguments.end(), {"--identity", name});
+    std::vector<std::string> environment = {"EVOGRASP_FAULT=" + fault};
+    if (!host.empty()) environment.push_back("EVOGRASP_HOST=" + host);
+    auto process =
+        std::make_unique<Process>("evograsp-worker-faulty", arguments,
+                                  dir_.path() / (name + "-" + std::to_string(workers_.size())), environment);
     const int before = static_cast<int>(workers_.size());
     workers_.push_back(name);
     EXPECT_TRUE(eventually([&] { return sink_.events("worker_joined") > before; })) << process->log();
@@ -114,6 +119,56 @@ TEST_F(LiarsAtNoop, AQuarantinedIdentityStaysOutside) {
   Process again("evograsp-worker", {"--connect", endpoint_, "--identity", "liar"}, dir_.path() / "again");
   EXPECT_EQ(again.finish(), 6);
   EXPECT_NE(again.log().find("quarantined"), std::string::npos) << again.log();
+}
+
+TEST_F(LiarsAtNoop, AQuarantinedLiarIsKnownByItsDefaultName) {
+  start(1);
+  const auto liar = worker("", "lie");
+  const auto a = worker("", ""), b = worker("", "");  // of the same machine: they stay in
+  give_noop_work(*dispatcher_, 60, 2, 0.001);
+  ASSERT_TRUE(eventually([&] { return sink_.events("quarantine") == 1; }));
+  EXPECT_EQ(liar->finish(), 6);
+  Process again("evograsp-worker-faulty", {"--connect", endpoint_, "--slots", "1"}, dir_.path() / "again",
+                {"EVOGRASP_FAULT=lie"});
+  EXPECT_EQ(again.finish(), 6) << "it walked back in";
+  EXPECT_NE(again.log().find("quarantined"), std::string::npos) << again.log();
+  ASSERT_TRUE(eventually([&] { return sink_.finished_times() == 1; }));
+  EXPECT_EQ(sink_.events("worker_joined"), 3);
+  EXPECT_TRUE(sink_.all_zero_quality());
+}
+
+TEST_F(LiarsAtNoop, TwoOfOneMachineDoNotConfirmEachOther) {
+  start(1);
+  const auto liar = worker("liar", "lie", "bad"), other = worker("other", "lie", "bad");
+  const auto b = worker("b", "", "good");
+  give_noop_work(*dispatcher_, 40, 2, 0.001);
+  ASSERT_TRUE(eventually([&] { return sink_.events("audit_waiting") == 1; })) << "one machine decided alone";
+  EXPECT_EQ(sink_.finished_times(), 0);
+  EXPECT_EQ(sink_.events("quarantine"), 0);
+  const auto c = worker("c", "", "fine");
+  ASSERT_TRUE(eventually([&] { return sink_.finished_times() == 1; }));
+  EXPECT_EQ(sink_.events("quarantine"), 2);
+  EXPECT_TRUE(sink_.all_zero_quality());
+  expect_once(40);
+}
+
+TEST_F(LiarsAtNoop, TheHostOfALiarIsOnProbation) {
+  start(0.2);
+  const auto liar = worker("liar", "lie", "bad");
+  const auto b = worker("b", "", "good"), c = worker("c", "", "fine");
+  give_noop_work(*dispatcher_, 300, 1, 0.0005);
+  ASSERT_TRUE(eventually([&] { return sink_.finished_times() == 1; }));
+  ASSERT_EQ(sink_.events("quarantine"), 1);
+  const auto under_another_name = worker("newcomer", "", "bad");
+  std::this_thread::sleep_for(std::chrono::milliseconds(400));  // a view is at most 0.2 s old
+  const std::uint64_t before = dispatcher_->view().audits;
+  give_noop_work(*dispatcher_, 300, 1, 0.0005);
+  ASSERT_TRUE(eventually([&] { return sink_.finished_times() == 2; }));
+  std::uint64_t drawn = 0;
+  for (std::uint64_t genome = 0; genome < 300; ++genome)
+    drawn += Random(0, Purpose::kAudit, 0, genome).chance(0.2) ? 1 : 0;
+  EXPECT_TRUE(eventually([&] { return dispatcher_->view().audits > before + drawn + 20; }))
+      << drawn << " are audited of anybody, of the newcomer all";
 }
 
 TEST_F(LiarsAtNoop, ALoneWorkerIsNotHeldUp) {

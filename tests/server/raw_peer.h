@@ -41,10 +41,11 @@ class RawPeer {
     closed_ += monitor_->drain().closed.size();
     return closed_ > 0;
   }
-  proto::Envelope hello(const std::string& identity, std::uint32_t pid = 1) const {
+  proto::Envelope hello(const std::string& identity, std::uint32_t pid = 1,
+                        const std::string& host = "test") const {
     proto::Envelope envelope = make_envelope({});
     envelope.mutable_hello()->set_build(kVersion);
-    envelope.mutable_hello()->set_host("test");
+    envelope.mutable_hello()->set_host(host);
     envelope.mutable_hello()->set_pid(pid);
     envelope.mutable_hello()->set_slots(1);
     envelope.mutable_hello()->set_identity(identity);
@@ -64,8 +65,8 @@ class RawPeer {
     return std::nullopt;
   }
   // Says hello and ready; the stamp is the master's from then on.
-  bool join(const std::string& identity) {
-    send(hello(identity));
+  bool join(const std::string& identity, const std::string& host = "test") {
+    send(hello(identity, 1, host));
     const auto welcome = next();
     if (!welcome || !welcome->has_welcome()) return false;
     stamp_ = {welcome->run(), welcome->epoch()};

@@ -1,6 +1,9 @@
 // Networks that stop workers: whom they are given to, what counts, and when they are given up.
 #include <gtest/gtest.h>
 
+#include <map>
+
+#include "common/random.h"
 #include "server/scheduler.h"
 
 namespace evograsp::server {
@@ -145,6 +148,82 @@ TEST_F(Suspects, AnAuditOfASuspectIsNotStuck) {
   const auto audit = scheduler_.next(second, 0);
   ASSERT_TRUE(audit);
   EXPECT_EQ(scheduler_.result(second, audit->task, 0.001).complete.size(), 1U);
+}
+
+// Workers of a few hosts come, work, die, fall silent and come back under their names; some networks kill, a
+// third is audited.
+class Crowd {
+ public:
+  explicit Crowd(std::uint64_t seed) : random_(seed, Purpose::kTestHarness) {
+    SchedulerOptions options;
+    options.poison_strikes = 1 + random_.below(3);
+    scheduler_ = Scheduler(options);
+    parties_ = 1 + random_.below(6);
+    hosts_ = 1 + random_.below(3);
+    scheduler_.begin(kNetworks, 4);
+    for (std::uint32_t i = 0; i < kNetworks; ++i) scheduler_.add(i, 1000);
+  }
+  bool runs_to_its_end() {
+    for (int step = 0; step < 20000 && !scheduler_.finished(); ++step) {
+      now_ += 1;
+      const std::uint32_t party = random_.below(parties_);
+      if (!here_.contains(party))
+        come(party);
+      else if (random_.chance(0.02))
+        go(party, random_.chance(0.5) ? Departure::kSilent : Departure::kLeft);
+      else
+        work(party);
+      for (const Poisoned& poisoned : scheduler_.take_poisoned()) given_up_.push_back(poisoned.network);
+      scheduler_.skip_audits();
+    }
+    return scheduler_.finished();
+  }
+  static bool kills(std::uint32_t network) { return network % 10 == 3; }
+  const std::vector<std::uint32_t>& given_up() const { return given_up_; }
+
+ private:
+  static constexpr std::uint32_t kNetworks = 30;
+
+  void come(std::uint32_t party) {
+    here_[party] = ++last_;
+    scheduler_.join(last_, 1 + random_.below(2), Party(party, party % hosts_));
+  }
+  void go(std::uint32_t party, Departure departure) {
+    scheduler_.leave(here_.at(party), departure);
+    here_.erase(party);
+  }
+  void work(std::uint32_t party) {
+    const WorkerId worker = here_.at(party);
+    const auto what = scheduler_.next(worker, now_);
+    if (!what) return;
+    scheduler_.started(worker, what->task, what->attempt, now_);
+    for (const std::uint32_t network : what->networks)
+      if (kills(network)) return go(party, Departure::kDied);
+    scheduler_.came_back(worker, what->task, what->attempt, now_);
+    for (const std::uint32_t network : what->networks)
+      if (what->audit == 0 && network % 3 == 0)
+        scheduler_.audit(++audits_, {network, what->first_trial, what->trials},
+                         {Party(party, party % hosts_)});
+    scheduler_.result(worker, what->task, 0.001);
+  }
+
+  Random random_;
+  Scheduler scheduler_{{}};
+  std::uint32_t parties_ = 1, hosts_ = 1, audits_ = 0;
+  std::map<std::uint32_t, WorkerId> here_;
+  WorkerId last_ = 0;
+  double now_ = 0;
+  std::vector<std::uint32_t> given_up_;
+};
+
+TEST(Suspicion, WhateverWorkersDoTheWorkEndsAndOnlyWhatKillsIsGivenUp) {
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    Crowd crowd(seed);
+    ASSERT_TRUE(crowd.runs_to_its_end()) << "seed " << seed;
+    EXPECT_EQ(crowd.given_up().size(), 3U) << "seed " << seed;
+    for (const std::uint32_t network : crowd.given_up())
+      EXPECT_TRUE(Crowd::kills(network)) << "seed " << seed;
+  }
 }
 
 }  // namespace
