@@ -107,7 +107,7 @@ TEST_F(RealDisk, AFlippedByteOfAJournalledEvaluationIsDoneAgain) {
   {
     Process server("evograsp-server", server_arguments(), log("first"));
     expect_generations(server);
-    worker_ = start_faulty("slow", "sleep:0.1");  // somewhere in a generation for long enough
+    worker_ = start_faulty("slow", "sleep:0.6");  // somewhere in a generation for long enough
     ASSERT_TRUE(eventually([&] {
       const auto database = Database::open(file(), Database::Mode::kReadOnly);
       const std::int64_t done =
