@@ -20,7 +20,7 @@ namespace {
 constexpr double kMostPatience = 1.0;  // s: a master that is back is found within this
 constexpr double kSlowestTick = 0.1;
 constexpr double kSignSeconds = 1;
-constexpr double kWarnAgain = 60;  // s
+constexpr double kWarnAgain = 60;    // s
 constexpr double kAloneSeconds = 5;  // without a master until that is worth a line
 constexpr double kReconnectPause = 0.1;
 constexpr double kRendezvousPause = 0.5;  // s: the file may be on a file server that a thousand workers ask
