@@ -15,9 +15,9 @@
 #include "assets/parts.h"
 #include "assets/plain_xml.h"
 #include "assets/ply.h"
-#include "common/network_pack.h"
 #include "assets/simplify.h"
 #include "assets/urdf.h"
+#include "common/network_pack.h"
 #include "common/random.h"
 #include "tests/assets/files.h"
 

@@ -88,7 +88,8 @@ TEST_F(DispatcherFaults, AnotherProtocolVersionIsRefusedWithTheReason) {
             std::string::npos)
       << answer->refusal().reason();
   EXPECT_EQ(sink_.events("malformed"), 1);
-  EXPECT_NE(sink_.event_text("malformed").find("the hello of worker old in protocol version"), std::string::npos)
+  EXPECT_NE(sink_.event_text("malformed").find("the hello of worker old in protocol version"),
+            std::string::npos)
       << sink_.event_text("malformed");
 }
 
@@ -118,10 +119,10 @@ TEST_F(DispatcherFaults, AnotherExperimentIsRefused) {
   ASSERT_TRUE(answer && answer->has_refusal());
   EXPECT_NE(answer->refusal().reason().find("fingerprint"), std::string::npos);
   EXPECT_EQ(sink_.events("refused"), 1);
-  EXPECT_NE(
-      sink_.event_text("refused").find("worker peer: the worker's simulator is not the experiment's: fingerprint "
-                                 "another instead of none"),
-      std::string::npos)
+  EXPECT_NE(sink_.event_text("refused").find(
+                "worker peer: the worker's simulator is not the experiment's: fingerprint "
+                "another instead of none"),
+            std::string::npos)
       << sink_.event_text("refused");
 }
 
