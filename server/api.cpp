@@ -13,6 +13,7 @@
 #include "server/api_access.h"
 #include "server/api_http.h"
 #include "server/api_json.h"
+#include "server/api_request.h"
 #include "server/archive_json.h"
 #include "server/metrics.h"
 
@@ -25,10 +26,6 @@ using nlohmann::json;
 
 constexpr std::uint32_t kMostRows = 1000;  // a page
 constexpr std::uint32_t kPage = 100;       // unless asked for another size
-
-[[noreturn]] void bad(const std::string& message) {
-  throw HttpError{400, "invalid", message};
-}
 
 int status_of(ErrorCode code) {
   switch (code) {
@@ -74,47 +71,6 @@ void answer(Response& response, const json& document) {
 void answer_error(Response& response, const HttpError& error) {
   response.status = error.status;
   answer(response, {{"error", {{"code", error.code}, {"message", error.message}}}});
-}
-
-// A whole number in a query, within [0, most].
-std::uint64_t query_number(const Request& request, const char* name, std::uint64_t absent,
-                           std::uint64_t most) {
-  if (!request.has_param(name)) return absent;
-  const std::string text = request.get_param_value(name);
-  std::uint64_t value = 0;
-  const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (problem != std::errc() || end != text.data() + text.size() || value > most)
-    bad(std::string(name) + ": a whole number from 0 to " + std::to_string(most) + " is needed, not '" +
-        text + "'");
-  return value;
-}
-
-void allow_only(const Request& request, const std::set<std::string>& names) {
-  for (const auto& [name, value] : request.params)
-    if (!names.contains(name)) bad("unknown query parameter '" + name + "'");
-}
-
-// The one value of a body like {"level": "debug"}.
-std::string body_text(const Request& request, const char* name) {
-  const json body = json::parse(request.body, nullptr, false);
-  if (!body.is_object() || body.size() != 1 || !body.contains(name) || !body[name].is_string())
-    bad(std::string("a body like {\"") + name + "\": \"...\"} is needed");
-  return body[name];
-}
-
-// What nobody asks who only follows links: "/../../etc/passwd", "//etc/passwd".
-bool is_trick(const std::string& path) {
-  return path.find("..") != std::string::npos || path.find("//") != std::string::npos ||
-         path.find('\\') != std::string::npos || path.find('\0') != std::string::npos;
-}
-
-std::string as_pattern(const std::string& path) {
-  std::string pattern;
-  for (const char c : path) {
-    if (std::string_view("\\^$.|?*+()[]{}").find(c) != std::string_view::npos) pattern.push_back('\\');
-    pattern.push_back(c);
-  }
-  return pattern;
 }
 
 class Api final : public ApiServer {

@@ -48,11 +48,6 @@ class Deadlines : public ::testing::Test {
     return enough();
   }
   bool finished() const { return sink_.finished_times() > 0; }
-  void expect_once(std::uint32_t networks) const {
-    const auto evaluations = sink_.evaluations();
-    EXPECT_EQ(evaluations.size(), networks);
-    for (const auto& [index, times] : evaluations) EXPECT_EQ(times, 1) << "network " << index;
-  }
 
   zmq::context_t context_{1};
   TempDir dir_;
@@ -68,7 +63,7 @@ TEST_F(Deadlines, AWorkerThatHoldsAuditsAndStartsNoneHoldsUpNothing) {
   const auto honest = worker("honest");
   give_noop_work(*dispatcher_, 60, 1, 0);
   EXPECT_TRUE(beats_until(silent, 15, [&] { return finished(); })) << sink_.evaluations().size() << " of 60";
-  expect_once(60);
+  testing::expect_once(sink_, 60);
   EXPECT_EQ(sink_.events("idle"), 1);
   EXPECT_TRUE(eventually([&] { return dispatcher_->view().tasks_done > 0; }));
   EXPECT_EQ(dispatcher_->view().scheduler.strikes, 0U) << "what nobody started is to blame for nothing";
@@ -88,7 +83,7 @@ TEST_F(Deadlines, NorWhenItComesBackForMore) {
     silent->join("silent");
   }
   EXPECT_TRUE(finished()) << sink_.evaluations().size() << " of 60";
-  expect_once(60);
+  testing::expect_once(sink_, 60);
 }
 
 TEST_F(Deadlines, AWorkerThatHoldsASuspectAndDoesNotStartItHoldsUpNothing) {
@@ -115,7 +110,7 @@ TEST_F(Deadlines, AWorkerThatHoldsASuspectAndDoesNotStartItHoldsUpNothing) {
   ASSERT_TRUE(held && held->has_task() && held->task().suspect());
   const auto honest = worker("honest");
   EXPECT_TRUE(beats_until(silent, 15, [&] { return finished(); }));
-  expect_once(1);
+  testing::expect_once(sink_, 1);
   EXPECT_TRUE(sink_.poison().empty());
 }
 

@@ -35,12 +35,6 @@ class DispatcherFaults : public ::testing::Test {
     dispatcher_ = std::move(*server::Dispatcher::create(context_, std::move(options), sink_));
     endpoint_ = dispatcher_->endpoints()[0];
   }
-  // All of the last work was evaluated exactly once.
-  void expect_once(std::uint32_t networks) {
-    const auto evaluations = sink_.evaluations();
-    EXPECT_EQ(evaluations.size(), networks);
-    for (const auto& [index, times] : evaluations) EXPECT_EQ(times, 1) << "network " << index;
-  }
 
   // Until the work is done.
   void answer_all(RawPeer& peer) {
@@ -70,7 +64,7 @@ TEST_F(DispatcherFaults, GarbageFromStrangersDoesNotHoldUpTheWork) {
   WorkerThread worker(&context_, endpoint_, 2);
   give_noop_work(*dispatcher_, 500, 5, 0.0001);
   ASSERT_TRUE(eventually([&] { return sink_.finished_times() == 1; }));
-  expect_once(500);
+  testing::expect_once(sink_, 500);
   EXPECT_GT(sink_.events("malformed"), 0);
   EXPECT_LT(sink_.events("malformed"), 100) << "a stranger fills the log";
 }
@@ -151,7 +145,7 @@ TEST_F(DispatcherFaults, AResultFromAnotherEpochOrRunIsNobodys) {
   EXPECT_TRUE(sink_.evaluations().empty());
   peer.send(peer.result_of(task->task()));
   EXPECT_TRUE(eventually([&] { return sink_.finished_times() == 1; }));
-  expect_once(1);
+  testing::expect_once(sink_, 1);
   EXPECT_TRUE(sink_.all_zero_quality());
 }
 
@@ -176,7 +170,7 @@ TEST_F(DispatcherFaults, AnOversizedFrameCostsTheConnectionOnly) {
   WorkerThread worker(&context_, endpoint_, 1);
   give_noop_work(*dispatcher_, 50, 2, 0.0001);
   ASSERT_TRUE(eventually([&] { return sink_.finished_times() == 1; }));
-  expect_once(50);
+  testing::expect_once(sink_, 50);
   EXPECT_EQ(sink_.events("malformed"), 0) << "the frame reached the program";
 }
 
@@ -198,7 +192,7 @@ TEST_F(DispatcherFaults, AResultOfTheWrongSizeCostsTheSession) {
   EXPECT_TRUE(refused);
   WorkerThread worker(&context_, endpoint_, 1);
   ASSERT_TRUE(eventually([&] { return sink_.finished_times() == 1; }));
-  expect_once(2);
+  testing::expect_once(sink_, 2);
 }
 
 TEST_F(DispatcherFaults, AResultCountsOnceHoweverOftenItComes) {
@@ -213,7 +207,7 @@ TEST_F(DispatcherFaults, AResultCountsOnceHoweverOftenItComes) {
     for (int i = 0; i < 3; ++i) peer.send(peer.result_of(task->task()));
     eventually([&] { return sink_.finished_times() > 0; }, 0.05);
   }
-  expect_once(3);
+  testing::expect_once(sink_, 3);
   EXPECT_TRUE(eventually([&] { return dispatcher_->view().scheduler.late >= 6; }));
 }
 
@@ -236,7 +230,7 @@ TEST_F(DispatcherFaults, AConnectionThatTakesAnOlderSessionsNameIsOneSession) {
   ASSERT_TRUE(turncoat.join("taken"));
   give_noop_work(*dispatcher_, 4, 1, 0);
   answer_all(turncoat);
-  expect_once(4);
+  testing::expect_once(sink_, 4);
 }
 
 TEST_F(DispatcherFaults, AConnectionThatTakesAYoungerSessionsNameIsOneSession) {
@@ -247,7 +241,7 @@ TEST_F(DispatcherFaults, AConnectionThatTakesAYoungerSessionsNameIsOneSession) {
   ASSERT_TRUE(turncoat.join("taken"));
   give_noop_work(*dispatcher_, 4, 1, 0);
   answer_all(turncoat);
-  expect_once(4);
+  testing::expect_once(sink_, 4);
 }
 
 TEST_F(DispatcherFaults, AProcessThatComesBackReplacesItsOldSession) {
@@ -259,7 +253,7 @@ TEST_F(DispatcherFaults, AProcessThatComesBackReplacesItsOldSession) {
   RawPeer again(context_, endpoint_);
   ASSERT_TRUE(again.join("phoenix"));
   answer_all(again);
-  expect_once(4);
+  testing::expect_once(sink_, 4);
 }
 
 TEST_F(DispatcherFaults, AKilledWorkerIsNoticedLongBeforeAnyHeartbeat) {
@@ -285,7 +279,7 @@ TEST_F(DispatcherFaults, AFrozenWorkersTasksGoToOthers) {
   frozen.signal(SIGSTOP);
   WorkerThread worker(&context_, endpoint_, 2);
   EXPECT_TRUE(eventually([&] { return sink_.finished_times() == 1; }));
-  expect_once(200);
+  testing::expect_once(sink_, 200);
   EXPECT_TRUE(eventually([&] { return sink_.events("worker_lost") == 1; }));
   frozen.signal(SIGCONT);  // its late results are nobody's; it says hello again
   EXPECT_TRUE(eventually([&] { return sink_.events("worker_joined") >= 3; })) << frozen.log();
@@ -302,7 +296,7 @@ TEST_F(DispatcherFaults, ADrainedWorkerHandsBackAndIsNotBlamed) {
   EXPECT_EQ(leaving.finish(), 0) << leaving.log();
   WorkerThread worker(&context_, endpoint_, 2);
   EXPECT_TRUE(eventually([&] { return sink_.finished_times() == 1; }));
-  expect_once(100);
+  testing::expect_once(sink_, 100);
   EXPECT_TRUE(eventually([&] { return sink_.events("worker_left") == 1; }));
   EXPECT_EQ(dispatcher_->view().scheduler.strikes, 0U);
 }

@@ -61,11 +61,6 @@ class LiarsAtNoop : public ::testing::Test {
     std::this_thread::sleep_for(std::chrono::milliseconds(100));  // its Ready is on its way
     return process;
   }
-  void expect_once(std::uint32_t networks) {
-    const auto evaluations = sink_.evaluations();
-    EXPECT_EQ(evaluations.size(), networks);
-    for (const auto& [index, times] : evaluations) EXPECT_EQ(times, 1) << "network " << index;
-  }
 
   zmq::context_t context_{1};
   TempDir dir_;
@@ -87,7 +82,7 @@ TEST_F(LiarsAtNoop, TheShareThatIsAuditedIsDrawnFromAStreamOfItsOwn) {
   EXPECT_TRUE(eventually([&] { return dispatcher_->view().audits >= drawn; }));
   EXPECT_EQ(dispatcher_->view().audits, drawn) << "a network of one piece is audited once";
   EXPECT_EQ(dispatcher_->view().audit_mismatches, 0U);
-  expect_once(400);
+  testing::expect_once(sink_, 400);
 }
 
 TEST_F(LiarsAtNoop, WhatALiarSaidBeforeItWasCaughtIsRetractedAndDoneAgain) {
@@ -96,7 +91,7 @@ TEST_F(LiarsAtNoop, WhatALiarSaidBeforeItWasCaughtIsRetractedAndDoneAgain) {
   give_noop_work(*dispatcher_, 3000, 2, 0.0005);
   ASSERT_TRUE(eventually([&] { return sink_.finished_times() == 1; }));
   EXPECT_EQ(sink_.events("quarantine"), 1);
-  expect_once(3000);
+  testing::expect_once(sink_, 3000);
   EXPECT_GT(sink_.retractions(), 0U) << "the liar did nothing that was not audited";
   EXPECT_TRUE(sink_.all_zero_quality()) << "something that the liar said is still there";
   EXPECT_TRUE(eventually([&] { return dispatcher_->view().quarantined == 1; }));
@@ -149,7 +144,7 @@ TEST_F(LiarsAtNoop, TwoOfOneMachineDoNotConfirmEachOther) {
   ASSERT_TRUE(eventually([&] { return sink_.finished_times() == 1; }));
   EXPECT_EQ(sink_.events("quarantine"), 2);
   EXPECT_TRUE(sink_.all_zero_quality());
-  expect_once(40);
+  testing::expect_once(sink_, 40);
 }
 
 TEST_F(LiarsAtNoop, TheHostOfALiarIsOnProbation) {
@@ -176,7 +171,7 @@ TEST_F(LiarsAtNoop, ALoneWorkerIsNotHeldUp) {
   const auto alone = worker("alone", "");
   give_noop_work(*dispatcher_, 100, 2, 0);
   ASSERT_TRUE(eventually([&] { return sink_.finished_times() == 1; }, 5));
-  expect_once(100);
+  testing::expect_once(sink_, 100);
   EXPECT_EQ(sink_.events("unaudited"), 1);
   EXPECT_EQ(dispatcher_->view().audits, 0U);
 }
@@ -207,7 +202,7 @@ TEST_F(LiarsAtNoop, ContradictionsOfTwoWaitForAThird) {
   ASSERT_TRUE(eventually([&] { return sink_.finished_times() == 1; }));
   EXPECT_EQ(sink_.events("quarantine"), 1);
   EXPECT_TRUE(sink_.all_zero_quality());
-  expect_once(20);
+  testing::expect_once(sink_, 20);
 }
 
 }  // namespace

@@ -170,6 +170,13 @@ class CountingSink : public server::WorkSink {
   std::size_t retractions_ = 0;
 };
 
+// All of the work was evaluated, each network exactly once.
+inline void expect_once(const CountingSink& sink, std::uint32_t networks) {
+  const auto evaluations = sink.evaluations();
+  EXPECT_EQ(evaluations.size(), networks);
+  for (const auto& [index, times] : evaluations) EXPECT_EQ(times, 1) << "network " << index;
+}
+
 inline server::DispatcherOptions noop_options(std::size_t max_frame_bytes = 1 << 20) {
   server::DispatcherOptions options;
   options.endpoints = {"tcp://127.0.0.1:*"};
