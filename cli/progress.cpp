@@ -77,10 +77,10 @@ std::string Progress::line(const server::GenerationReport& report, std::uint32_t
 void Progress::show(const server::GenerationReport& report) {
   if (style_ == ProgressStyle::kSilent) return;
   const auto now = Clock::now();
-  recent_.push_back({now, report.trials, report.generation});
+  recent_.push_back({report.seconds, report.trials, report.generation});
   if (recent_.size() > kRecent) recent_.pop_front();
   const Mark& from = recent_.front();
-  const double seconds = std::chrono::duration<double>(now - from.time).count();
+  const double seconds = report.seconds - from.seconds;
   // The first report knows only the run's own total.
   const bool first = recent_.size() == 1 || seconds <= 0;
   const double span = first ? std::max(report.seconds, 1e-9) : seconds;

@@ -33,7 +33,7 @@ class Progress {
  private:
   using Clock = std::chrono::steady_clock;
   struct Mark {
-    Clock::time_point time;
+    double seconds;  // of the run, when the generation ended: reports come several at once
     std::uint64_t trials;
     std::uint32_t generation;
   };

@@ -8,8 +8,10 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "server/api.h"
 #include "server/api_http.h"
@@ -111,6 +113,12 @@ class ApiTest : public testing::Test {
   int raw_socket() const { return connection_to(api_->port()); }
   std::uint64_t refused(Offence offence) const {
     return strangers_->counts()[static_cast<std::size_t>(offence)];
+  }
+  // An answer leaves before its refusal is counted.
+  void expect_refused(Offence offence, std::uint64_t times) const {
+    for (int i = 0; i < 500 && refused(offence) < times; ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    EXPECT_EQ(refused(offence), times);
   }
 
   RunFolder folder_;
