@@ -15,6 +15,7 @@
 #include "cli/output.h"
 #include "cli/report.h"
 #include "common/config.h"
+#include "common/rendezvous.h"
 #include "common/zap.h"
 #include "embedded/slurm_scripts.h"
 
@@ -93,6 +94,9 @@ class Submission {
   Status prepare() const {
     std::error_code problem;
     fs::create_directories(scripts_, problem);
+    // Workers start with the server: that a run before this one is over must not send them home.
+    const auto before = read_rendezvous(run_ / "rendezvous");
+    if (before && !before->over.empty()) fs::remove(run_ / "rendezvous", problem);
     for (const embedded::File& file : embedded::slurm_scripts()) {
       std::ofstream out(scripts_ / file.name, std::ios::binary);
       out << file.data;

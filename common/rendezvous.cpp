@@ -7,12 +7,14 @@
 #include <cstring>
 #include <fstream>
 #include <sstream>
+#include <utility>
 
 namespace evograsp {
 
 namespace {
 
 constexpr std::size_t kMaxFile = 4096;
+constexpr char kSpace[] = " \t\r";
 
 bool stands_for_all(const std::string& host) {
   return host == "0.0.0.0" || host == "[::]" || host == "::" || host == "*";
@@ -27,6 +29,11 @@ Result<std::string> read_text(const std::filesystem::path& file) {
   if (text.size() > kMaxFile)
     return fail(ErrorCode::kInvalid, file.string() + ": too large for a rendezvous");
   return text;
+}
+
+bool still_says(const std::filesystem::path& file, const Rendezvous& where) {
+  const auto now = read_rendezvous(file);
+  return now && now->connect == where.connect;
 }
 
 }  // namespace
@@ -47,8 +54,10 @@ std::string advertised_http(const std::string& listen, int port, const std::stri
 
 Status write_rendezvous(const std::filesystem::path& file, const Rendezvous& where) {
   const std::filesystem::path fresh = file.string() + "." + std::to_string(getpid());
-  std::string text = "connect = " + where.connect + "\n";
-  if (!where.http.empty()) text += "http = " + where.http + "\n";
+  std::string text;
+  for (const auto& [name, value] :
+       {std::pair{"connect", &where.connect}, {"http", &where.http}, {"over", &where.over}})
+    if (!value->empty()) text += std::string(name) + " = " + *value + "\n";
   const int fd = open(fresh.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   bool written = fd >= 0 && write(fd, text.data(), text.size()) == static_cast<ssize_t>(text.size());
   written = written && fsync(fd) == 0;
@@ -66,23 +75,34 @@ Result<Rendezvous> read_rendezvous(const std::filesystem::path& file) {
   std::istringstream lines(*text);
   for (std::string line; std::getline(lines, line);) {
     std::istringstream words(line);
-    std::string name, equals, value, more;
-    words >> name >> equals >> value;
+    std::string name, equals, value;
+    words >> name >> equals >> std::ws;
+    std::getline(words, value);
+    value.erase(value.find_last_not_of(kSpace) + 1);
     if (name.empty() || name[0] == '#') continue;
-    std::string* const known = name == "connect" ? &where.connect : name == "http" ? &where.http : nullptr;
-    if (known == nullptr || equals != "=" || value.empty() || (words >> more))
+    std::string* const known = name == "connect" ? &where.connect
+                               : name == "http"  ? &where.http
+                               : name == "over"  ? &where.over
+                                                 : nullptr;
+    const bool address = known != &where.over;
+    if (known == nullptr || equals != "=" || value.empty() ||
+        (address && value.find_first_of(kSpace) != std::string::npos))
       return fail(ErrorCode::kInvalid,
                   file.string() + ": not a rendezvous: 'connect = tcp://HOST:PORT' is wanted");
     *known = value;
   }
-  if (where.connect.empty())
+  if (where.connect.empty() && where.over.empty())
     return fail(ErrorCode::kInvalid, file.string() + ": does not say where to connect");
   return where;
 }
 
 void remove_rendezvous(const std::filesystem::path& file, const Rendezvous& where) {
-  const auto now = read_rendezvous(file);
-  if (now && now->connect == where.connect) unlink(file.c_str());
+  if (still_says(file, where)) unlink(file.c_str());
+}
+
+Status end_rendezvous(const std::filesystem::path& file, const Rendezvous& where, const std::string& why) {
+  if (!still_says(file, where)) return {};
+  return write_rendezvous(file, {{}, {}, why});
 }
 
 }  // namespace evograsp

@@ -3,6 +3,10 @@
 //
 //   connect = tcp://node17:40213
 //   http = http://node17:40871
+//
+// Once the run is over, so that workers that come late do not wait for a master that will never be:
+//
+//   over = the run is finished
 #pragma once
 
 #include <filesystem>
@@ -14,7 +18,8 @@ namespace evograsp {
 
 struct Rendezvous {
   std::string connect;  // for workers
-  std::string http;     // of the HTTP API; empty: it has none
+  std::string http{};   // of the HTTP API; empty: it has none
+  std::string over{};   // why no master will be there again, `connect` being empty then; empty: one is there
 };
 
 // What others have to say to reach a socket that was bound as `bound`: `host` takes the place of an address
@@ -29,5 +34,7 @@ Status write_rendezvous(const std::filesystem::path& file, const Rendezvous& whe
 Result<Rendezvous> read_rendezvous(const std::filesystem::path& file);
 // Takes the file away if it still says `where`: a successor may have written its own.
 void remove_rendezvous(const std::filesystem::path& file, const Rendezvous& where);
+// Says that the run is over, if the file still says `where`. kIo.
+Status end_rendezvous(const std::filesystem::path& file, const Rendezvous& where, const std::string& why);
 
 }  // namespace evograsp

@@ -116,12 +116,17 @@ void DispatchLoop::set_paused(bool paused) {
 }
 
 void DispatchLoop::dismiss(const std::string& reason) {
-  proto::Envelope envelope = make_envelope(options_.stamp);
-  envelope.mutable_drain()->set_reason(reason);
+  dismissed_ = reason;
   for (const auto& [id, session] : by_id_) {
-    send(router_, session->peer, envelope);
+    tell_dismissed(session->peer);
     sink_.worker(session->view);  // what it has done, for the record
   }
+}
+
+void DispatchLoop::tell_dismissed(const std::string& peer) {
+  proto::Envelope envelope = make_envelope(options_.stamp);
+  envelope.mutable_drain()->set_reason(dismissed_);
+  send(router_, peer, envelope);
 }
 
 // ---- giving out ----

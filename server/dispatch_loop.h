@@ -111,6 +111,7 @@ class DispatchLoop {
   void forget_idle_clients();
 
   void welcome(const std::string& peer);
+  void tell_dismissed(const std::string& peer);
   void refuse(const std::string& peer, const std::string& reason, bool retry);
   void misbehaved(const Received& message, const std::string& fault);
   void misbehaved(Session& session, const std::string& fault);
@@ -177,8 +178,9 @@ class DispatchLoop {
   SlotHint hint_;
   double busy_before_ = 0;  // busy_seconds when this work began
   bool paused_ = false;
-  double next_look_ = 0;  // for silent workers
-  std::string scolded_;   // the stranger that was answered last
+  std::string dismissed_;  // why there is no more work, told to whoever comes; empty: there may be
+  double next_look_ = 0;   // for silent workers
+  std::string scolded_;    // the stranger that was answered last
   double scold_again_ = 0;
   double next_pump_ = 0;
   double next_sums_ = 0;

@@ -141,6 +141,7 @@ void DispatchLoop::on_hello(const Received& message) {
   follow_drain(*session);
   sessions_[peer] = std::move(session);
   welcome(peer);
+  if (!dismissed_.empty()) tell_dismissed(peer);
 }
 
 // One identity, one session. The same process coming back replaces what is left of it; another process is

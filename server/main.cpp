@@ -90,18 +90,23 @@ std::string host_name() {
   return name;
 }
 
-// Says in a file where the server is, for as long as it is there.
+// Says in a file where the server is, for as long as it is there, and then that the run is over if it is.
 class Announcement {
  public:
   Announcement(const Flags& flags, const std::string& http) : file_(flags.rendezvous), http_(http) {
     host_ = flags.advertise.empty() ? host_name() : flags.advertise;
   }
   ~Announcement() {
-    if (made_) remove_rendezvous(file_, where_);
+    if (made_ && !finished_) remove_rendezvous(file_, where_);
+    if (!made_ || !finished_) return;
+    if (const Status status = end_rendezvous(file_, where_, "the run is finished"); !status)
+      spdlog::warn("{}", status.error().message);
   }
+  void set_finished() { finished_ = true; }
   Status make(const server::Server& server) {
     if (file_.empty()) return {};
-    where_ = {advertised(server.endpoints().at(0), host_), advertised_http(http_, server.http_port(), host_)};
+    where_ = {
+        advertised(server.endpoints().at(0), host_), advertised_http(http_, server.http_port(), host_), {}};
     const Status status = write_rendezvous(file_, where_);
     made_ = status.has_value();
     return status;
@@ -111,7 +116,7 @@ class Announcement {
   const std::string file_, http_;
   std::string host_;
   Rendezvous where_;
-  bool made_ = false;
+  bool made_ = false, finished_ = false;
 };
 
 void stay_until(const Wakeup& end) {
@@ -155,6 +160,7 @@ int run(server::ServerOptions options, const Flags& flags, SignalWatch& signals)
                  run_dir.c_str());
     return kInterrupted;
   }
+  announcement.set_finished();
   spdlog::info("finished: {}/champion.pb", run_dir);
   if (flags.stay) stay_until(end);
   return 0;

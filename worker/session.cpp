@@ -125,9 +125,14 @@ void Session::show_life() {
 bool Session::find_master() {
   if (options_.rendezvous.empty()) return true;
   const auto where = read_rendezvous(options_.rendezvous);
-  if (where) {
+  if (where && !where->connect.empty()) {
     endpoint_ = where->connect;
     return true;
+  }
+  if (where) {
+    if (options_.once) spdlog::info("{}: {}", options_.rendezvous, where->over);
+    done_ = done_ || options_.once;
+    return false;
   }
   if (where.error().code != ErrorCode::kNotFound) give_up(where.error());
   return false;
@@ -137,7 +142,8 @@ void Session::check_absence() {
   const bool looking = !connected_ || state_ == State::kGreeting;
   if (looking && !alone_said_ && Clock::now() - served_ > milliseconds(kAloneSeconds)) {
     alone_said_ = true;
-    if (!options_.rendezvous.empty() && !read_rendezvous(options_.rendezvous))
+    if (const auto where = read_rendezvous(options_.rendezvous);
+        !options_.rendezvous.empty() && (!where || where->connect.empty()))
       spdlog::warn("{}: does not say where a master is: still looking", options_.rendezvous);
     else
       spdlog::warn("no master answers at {}: still looking", endpoint_);
@@ -227,6 +233,8 @@ void Session::check_connection() {
   const ConnectionMonitor::News news = monitor_->drain();
   for (const FailedHandshake& failed : news.failed) warn_of(failed.why);
   if (news.closed.empty() || state_ == State::kGreeting) return;
+  read_all();  // what came just before the end: that the run is over, perhaps
+  if (done_) return;
   spdlog::warn("the connection to the master ended: connecting anew");
   lost_ = true;
 }
@@ -334,8 +342,7 @@ void Session::on_cancel(const proto::Cancel& cancel) {
 
 void Session::on_drain(const proto::Drain& drain) {
   spdlog::info("{} has no more work: {}", endpoint_, drain.reason());
-  if (options_.once) done_ = true;
-  lost_ = true;
+  done_ = done_ || options_.once;
 }
 
 // ---- what the slots and the operator say ----

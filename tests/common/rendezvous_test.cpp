@@ -47,7 +47,7 @@ TEST_F(RendezvousTest, SaysWhatWasWritten) {
 }
 
 TEST_F(RendezvousTest, IsReplacedAsAWholeAndTakenAwayByItsWriterAlone) {
-  const Rendezvous old{"tcp://node1:1", ""}, successor{"tcp://node2:2", ""};
+  const Rendezvous old{"tcp://node1:1"}, successor{"tcp://node2:2"};
   ASSERT_TRUE(write_rendezvous(dir_ / "where", old));
   ASSERT_TRUE(write_rendezvous(dir_ / "where", successor));
   remove_rendezvous(dir_ / "where", old);
@@ -57,16 +57,30 @@ TEST_F(RendezvousTest, IsReplacedAsAWholeAndTakenAwayByItsWriterAlone) {
   EXPECT_EQ(read_rendezvous(dir_ / "where").error().code, ErrorCode::kNotFound);
 }
 
+TEST_F(RendezvousTest, SaysThatTheRunIsOverUnlessASuccessorIsThere) {
+  const Rendezvous old{"tcp://node1:1", "http://node1:2"}, successor{"tcp://node2:2"};
+  ASSERT_TRUE(write_rendezvous(dir_ / "where", old));
+  ASSERT_TRUE(end_rendezvous(dir_ / "where", old, "the run is finished"));
+  const auto over = read_rendezvous(dir_ / "where");
+  ASSERT_TRUE(over) << over.error().message;
+  EXPECT_EQ(over->over, "the run is finished");
+  EXPECT_EQ(over->connect + over->http, "");
+  ASSERT_TRUE(write_rendezvous(dir_ / "where", successor));
+  ASSERT_TRUE(end_rendezvous(dir_ / "where", old, "the run is finished"));
+  EXPECT_EQ(read_rendezvous(dir_ / "where")->connect, successor.connect);
+}
+
 TEST_F(RendezvousTest, RefusesWhatIsNone) {
   for (const char* text : {"", "\n", "connect\n", "connect = \n", "connect = a b\n", "http = x\n",
-                           "tcp://a:1\n", "connect = tcp://a:1\nport = 2\n"})
+                           "tcp://a:1\n", "connect = tcp://a:1\nport = 2\n", "over = \n"})
     EXPECT_EQ(read_text(text).error().code, ErrorCode::kInvalid) << "'" << text << "'";
   EXPECT_EQ(read_text(std::string(100000, 'x')).error().code, ErrorCode::kInvalid);
   EXPECT_TRUE(read_text("# of job 7\n\nconnect = tcp://a:1\n"));
+  EXPECT_EQ(read_text("connect =\ttcp://a:1 \t\r\n")->connect, "tcp://a:1");
 }
 
 TEST_F(RendezvousTest, SaysWhyItCannotBeWritten) {
-  const Status status = write_rendezvous(dir_ / "none" / "where", {"tcp://a:1", ""});
+  const Status status = write_rendezvous(dir_ / "none" / "where", {"tcp://a:1"});
   ASSERT_FALSE(status);
   EXPECT_EQ(status.error().code, ErrorCode::kIo);
   EXPECT_NE(status.error().message.find("No such file"), std::string::npos) << status.error().message;

@@ -12,7 +12,7 @@ chmod 755 "$folder"
 mkdir bin shared
 cp "$evograsp" "$server" "$worker" bin/
 chown slurm: shared
-small=(--seed 5 --set run.generations=150 --set champion.candidates=4 --set champion.validation_trials=10)
+small=(--seed 5 --set run.generations=300 --set champion.candidates=4 --set champion.validation_trials=10)
 "$evograsp" train quick --out local --slots 2 --quiet "${small[@]}" || fail "the run on one machine failed"
 
 cluster_up || { fail "no cluster"; finish; }
@@ -75,5 +75,5 @@ finished() { [ -z "$(squeue --noheader 2>/dev/null)" ]; }
 within 90 finished || fail "the run does not end: $(squeue) $(log server | tail -n 5)"
 grep -q 'finished: ' <<<"$(log server)" || fail "the server did not finish: $(log server | tail -n 5)"
 cmp local/champion.pb "$run/champion.pb" || fail "Slurm bred another champion"
-[ ! -e "$run/rendezvous" ] || fail "the server left its rendezvous"
+grep -q 'over = the run is finished' "$run/rendezvous" || fail "the rendezvous does not say that the run is over: $(cat "$run/rendezvous")"
 finish

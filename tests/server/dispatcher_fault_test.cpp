@@ -244,6 +244,20 @@ TEST_F(DispatcherFaults, AConnectionThatTakesAYoungerSessionsNameIsOneSession) {
   testing::expect_once(sink_, 4);
 }
 
+// A worker that starts while the run ends would wait for work that never comes.
+TEST_F(DispatcherFaults, AWorkerThatComesWhenTheRunIsOverIsToldSo) {
+  start();
+  RawPeer early(context_, endpoint_), late(context_, endpoint_);
+  ASSERT_TRUE(early.join("early"));
+  dispatcher_->dismiss("the run is finished");
+  for (RawPeer* peer : {&early, &late}) {
+    ASSERT_TRUE(peer == &early || late.join("late"));
+    const auto told = peer->next();
+    ASSERT_TRUE(told && told->has_drain());
+    EXPECT_EQ(told->drain().reason(), "the run is finished");
+  }
+}
+
 TEST_F(DispatcherFaults, AProcessThatComesBackReplacesItsOldSession) {
   start();
   RawPeer first(context_, endpoint_);

@@ -3,6 +3,7 @@
 #include <sys/un.h>
 
 #include <array>
+#include <fstream>
 
 #include "cluster.h"
 
@@ -91,6 +92,19 @@ TEST(Service, WorkerTellsItsManagerAlsoWithoutAMaster) {
   expect_service(
       {EVOGRASP_BIN_DIR "/evograsp-worker", "--slots", "1", "--rendezvous", (dir.path() / "none").string()},
       0);
+}
+
+// A run that has ended: a worker that came for it alone goes home, another waits for the next.
+TEST(Service, AWorkerThatComesWhenTheRunIsOverEnds) {
+  TempDir dir;
+  const std::string where = (dir.path() / "rendezvous").string();
+  std::ofstream(where) << "over = the run is finished\n";
+  const Words worker{
+      EVOGRASP_BIN_DIR "/evograsp-worker", "--slots", "1", "--rendezvous", where, "--wait-seconds", "1"};
+  EXPECT_EQ(end_of(start(worker)), 6) << "a worker for any run did not wait for another";
+  Words once = worker;
+  once.emplace_back("--once");
+  EXPECT_EQ(end_of(start(once)), 0);
 }
 
 // A copy of the variable that was meant for another process must not be answered.
