@@ -1,14 +1,23 @@
 #include "sim/world.h"
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
-#include <cstring>
+#include <cstdint>
+#include <span>
 
 namespace evograsp::sim {
 namespace {
 
+// Stricter than ==, which takes 0 for -0: what was computed from one need not be what the other gives.
+bool same_bits(std::span<const double> a, std::span<const double> b) {
+  constexpr auto bits = [](double x) { return std::bit_cast<std::uint64_t>(x); };
+  return std::ranges::equal(a, b, {}, bits, bits);
+}
+
 bool same_bits(const Pose& a, const Pose& b) {
-  return std::memcmp(a.rotation.data(), b.rotation.data(), 9 * sizeof(double)) == 0 &&
-         std::memcmp(a.position.data(), b.position.data(), 3 * sizeof(double)) == 0;
+  return same_bits({a.rotation.data(), 9}, {b.rotation.data(), 9}) &&
+         same_bits({a.position.data(), 3}, {b.position.data(), 3});
 }
 
 bool same(const Placements& a, const Placements& b) {

@@ -8,8 +8,6 @@
 namespace evograsp::server {
 namespace {
 
-using nlohmann::json;
-
 TEST_F(ApiTest, UnknownPathsAndPathTricksAreNotFound) {
   for (const char* path :
        {"/nope", "/api/v1", "/api/v1/run/", "/../../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd",

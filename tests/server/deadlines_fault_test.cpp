@@ -15,7 +15,6 @@ using testing::give_noop_work;
 using testing::Process;
 using testing::RawPeer;
 using testing::TempDir;
-using testing::WorkerThread;
 
 class Deadlines : public ::testing::Test {
  protected:

@@ -15,7 +15,6 @@ using testing::give_noop_work;
 using testing::Process;
 using testing::RealRun;
 using testing::TempDir;
-using testing::WorkerThread;
 
 using Liars = RealRun;
 

@@ -5,7 +5,6 @@
 namespace evograsp::soak {
 namespace {
 
-using server::commit_of;
 using server::evaluation_of;
 using server::new_run;
 using server::RunFolder;
