@@ -9,6 +9,8 @@
 #include <sstream>
 #include <utility>
 
+#include "common/utf8.h"
+
 namespace evograsp {
 
 namespace {
@@ -29,6 +31,12 @@ Result<std::string> read_text(const std::filesystem::path& file) {
   if (text.size() > kMaxFile)
     return fail(ErrorCode::kInvalid, file.string() + ": too large for a rendezvous");
   return text;
+}
+
+bool is_address(const std::string& value) {
+  const auto scheme = value.find("://");
+  return scheme != std::string::npos && scheme > 0 && scheme + 3 < value.size() &&
+         value.find_first_of(kSpace) == std::string::npos;
 }
 
 bool still_says(const std::filesystem::path& file, const Rendezvous& where) {
@@ -85,8 +93,8 @@ Result<Rendezvous> read_rendezvous(const std::filesystem::path& file) {
                                : name == "over"  ? &where.over
                                                  : nullptr;
     const bool address = known != &where.over;
-    if (known == nullptr || equals != "=" || value.empty() ||
-        (address && value.find_first_of(kSpace) != std::string::npos))
+    if (known == nullptr || equals != "=" || value.empty() || has_control(value) ||
+        (address && !is_address(value)))
       return fail(ErrorCode::kInvalid,
                   file.string() + ": not a rendezvous: 'connect = tcp://HOST:PORT' is wanted");
     *known = value;

@@ -30,7 +30,8 @@ std::string advertised_http(const std::string& listen, int port, const std::stri
 
 // Replaces the file as a whole: a reader sees the old one or the new one. kIo.
 Status write_rendezvous(const std::filesystem::path& file, const Rendezvous& where);
-// kNotFound: not there (yet). kInvalid: something else than a rendezvous.
+// Addresses have a scheme, no value has control characters. kNotFound: not there (yet). kInvalid: something
+// else than a rendezvous.
 Result<Rendezvous> read_rendezvous(const std::filesystem::path& file);
 // Takes the file away if it still says `where`: a successor may have written its own.
 void remove_rendezvous(const std::filesystem::path& file, const Rendezvous& where);

@@ -25,4 +25,13 @@ std::optional<std::size_t> first_non_text(std::string_view s) {
   return std::nullopt;
 }
 
+bool has_control(std::string_view s) {
+  for (std::size_t i = 0; i < s.size(); ++i) {
+    const auto c = static_cast<unsigned char>(s[i]);
+    if (c < 0x20 || c == 0x7f) return true;
+    if (c == 0xc2 && i + 1 < s.size() && (static_cast<unsigned char>(s[i + 1]) & 0xe0) == 0x80) return true;
+  }
+  return false;
+}
+
 }  // namespace evograsp

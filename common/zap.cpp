@@ -21,9 +21,11 @@ namespace {
 constexpr std::size_t kKeyLength = 40;
 constexpr std::size_t kMaxKeyFile = 1 << 20;
 
+// The library reads up to the first NUL, and would take a shorter key.
 bool is_key(const std::string& text) {
   std::array<std::uint8_t, 32> raw{};
-  return text.size() == kKeyLength && zmq_z85_decode(raw.data(), text.c_str()) != nullptr;
+  return text.size() == kKeyLength && text.find('\0') == std::string::npos &&
+         zmq_z85_decode(raw.data(), text.c_str()) != nullptr;
 }
 
 Result<std::string> read_small(const std::filesystem::path& file) {
@@ -75,8 +77,7 @@ Result<CurveKeys> load_keys(const std::filesystem::path& file) {
     else if (name == "server-key")
       keys.server_key = value;
     else
-      return fail(ErrorCode::kInvalid,
-                  place + "'" + name + "' is none of public-key, secret-key, server-key");
+      return fail(ErrorCode::kInvalid, place + "a key is named public-key, secret-key or server-key");
   }
   if (keys.public_key.empty() || keys.secret_key.empty())
     return fail(ErrorCode::kInvalid,

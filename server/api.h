@@ -36,8 +36,8 @@ struct ApiOptions {
 };
 
 // The token a server or a client uses: the first line of `file` when given, else of the file that
-// $EVOGRASP_TOKEN_FILE names, else $EVOGRASP_TOKEN, else empty. kInvalid for one under 16 characters, kIo for
-// an unreadable file.
+// $EVOGRASP_TOKEN_FILE names, else $EVOGRASP_TOKEN, else empty. kInvalid for one under 16 or over 4096
+// characters, or with control characters; kIo for an unreadable file.
 Result<std::string> load_token(const std::string& file);
 
 class ApiServer {

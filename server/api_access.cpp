@@ -2,9 +2,11 @@
 
 #include <sodium.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 
+#include "common/utf8.h"
 #include "server/api.h"
 #include "server/api_http.h"
 
@@ -13,7 +15,7 @@ namespace {
 
 using httplib::Request;
 
-constexpr std::size_t kShortestToken = 16;
+constexpr std::size_t kShortestToken = 16, kLongestToken = 4096;
 
 bool same_secret(const std::string& a, const std::string& b) {
   unsigned char x[32], y[32];
@@ -55,8 +57,11 @@ Result<std::string> load_token(const std::string& file) {
   std::string token;
   if (!path.empty()) {
     std::ifstream in(path);
-    if (!in || !std::getline(in, token))
-      return fail(ErrorCode::kIo, path + ": cannot read a bearer token from it");
+    token.resize(kLongestToken + 2);  // with "\r\n"
+    in.read(token.data(), static_cast<std::streamsize>(token.size()));
+    token.resize(static_cast<std::size_t>(in.gcount()));
+    if (token.empty()) return fail(ErrorCode::kIo, path + ": cannot read a bearer token from it");
+    token.resize(std::min(token.find('\n'), token.size()));
     while (!token.empty() && (token.back() == '\r' || token.back() == ' ')) token.pop_back();
   } else if (const char* text = std::getenv("EVOGRASP_TOKEN")) {
     token = text;
@@ -64,10 +69,12 @@ Result<std::string> load_token(const std::string& file) {
   } else {
     return token;
   }
-  if (token.size() < kShortestToken)
-    return fail(ErrorCode::kInvalid, (path.empty() ? "EVOGRASP_TOKEN" : path) +
-                                         ": a bearer token needs at least " + std::to_string(kShortestToken) +
-                                         " characters");
+  const std::string place = path.empty() ? "EVOGRASP_TOKEN" : path;
+  if (token.size() < kShortestToken || token.size() > kLongestToken)
+    return fail(ErrorCode::kInvalid, place + ": a bearer token has " + std::to_string(kShortestToken) +
+                                         " to " + std::to_string(kLongestToken) + " characters");
+  if (has_control(token))  // would end the header that carries it
+    return fail(ErrorCode::kInvalid, place + ": a bearer token has no control characters");
   return token;
 }
 

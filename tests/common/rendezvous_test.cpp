@@ -71,8 +71,10 @@ TEST_F(RendezvousTest, SaysThatTheRunIsOverUnlessASuccessorIsThere) {
 }
 
 TEST_F(RendezvousTest, RefusesWhatIsNone) {
-  for (const char* text : {"", "\n", "connect\n", "connect = \n", "connect = a b\n", "http = x\n",
-                           "tcp://a:1\n", "connect = tcp://a:1\nport = 2\n", "over = \n"})
+  for (const char* text :
+       {"", "\n", "connect\n", "connect = \n", "connect = a b\n", "http = x\n", "tcp://a:1\n",
+        "connect = tcp://a:1\nport = 2\n", "over = \n", "connect = node17\n", "connect = tcp://\n",
+        "connect = tcp://a:1\x1b[2J\n", "over = \xc2\x9b 2J\n"})
     EXPECT_EQ(read_text(text).error().code, ErrorCode::kInvalid) << "'" << text << "'";
   EXPECT_EQ(read_text(std::string(100000, 'x')).error().code, ErrorCode::kInvalid);
   EXPECT_TRUE(read_text("# of job 7\n\nconnect = tcp://a:1\n"));

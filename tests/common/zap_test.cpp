@@ -44,6 +44,21 @@ TEST_F(Keys, ReadableByOthersAreRefused) {
   EXPECT_NE(read.error().message.find("chmod 600"), std::string::npos);
 }
 
+TEST_F(Keys, OfOtherCharactersOrAnotherLengthAreRefusedByTheirLine) {
+  const std::string good = "Yne@$w-vo<fVvi]a<NY6T1ed:M$fCG*[IaLV{hID";
+  std::string with_nul = good;
+  with_nul[35] = '\0';  // the 35 before it would pass for a shorter key
+  for (const std::string& bad : {with_nul, good.substr(1), good + "0", std::string(40, '~')}) {
+    std::ofstream(dir_ / "a.key") << "secret-key = " << good << "\npublic-key = " << bad << "\n";
+    chmod((dir_ / "a.key").c_str(), 0600);
+    const auto read = load_keys(dir_ / "a.key");
+    ASSERT_FALSE(read) << bad;
+    EXPECT_NE(read.error().message.find("a.key:2"), std::string::npos) << read.error().message;
+    std::ofstream(dir_ / "list") << good << "\n" << bad << " node 2\n";
+    EXPECT_FALSE(load_allow_list(dir_ / "list")) << bad;
+  }
+}
+
 TEST_F(Keys, AnAllowListNamesItsBadLine) {
   const auto keys = generate_keys(dir_ / "a.key", "");
   std::ofstream(dir_ / "list") << "# workers\n" << keys->public_key << " node 1\nnonsense\n";

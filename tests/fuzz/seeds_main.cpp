@@ -158,6 +158,22 @@ void meshes() {
   if (mesh) write("mesh", "encoded", letter(6) + assets::encode(*mesh));
 }
 
+// What a user writes or is given, small: see files_fuzz.cpp.
+void small_files() {
+  const std::string a = "Yne@$w-vo<fVvi]a<NY6T1ed:M$fCG*[IaLV{hID",
+                    b = "D:)Q[IlAW!ahhC2ac:9*A}h:p?([4%wOTJ%JR%cs";
+  const std::string pair = "public-key = " + a + "\nsecret-key = " + b + "\n";
+  write("files", "keys", letter(0) + "# a pair\n" + pair);
+  write("files", "keys_of_worker", letter(0) + pair + "server-key = " + a + "\n");
+  write("files", "allowed", letter(1) + "# workers\n" + a + " node 1\n" + b + "\n");
+  write("files", "token", letter(2) + "0123456789abcdef\r\n");
+  write("files", "rendezvous", letter(3) + "connect = tcp://node17:40213\nhttp = http://node17:40871\n");
+  write("files", "over", letter(3) + "over = the run is finished\n");
+  write("files", "camera",
+        letter(4) + R"({"fx": 20.5, "fy": 20, "cx": 12, "cy": 9, "units_per_metre": 1000, "invalid": 0,)" +
+            R"( "width": 24, "height": 18, "note": "of the lab"})");
+}
+
 void images() {
   sim::GreyImage image{24, 18, {}};
   for (int i = 0; i < 24 * 18; ++i)
@@ -363,6 +379,7 @@ int main(int count, char** arguments) {
   texts();
   meshes();
   images();
+  small_files();
   evolution();
   wire();
   master_to_worker();

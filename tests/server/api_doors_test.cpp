@@ -141,8 +141,11 @@ TEST(Token, ComesFromAFileOrTheEnvironmentAndIsNotShort) {
   EXPECT_FALSE(load_token(file)) << "a missing file";
   std::ofstream(file) << "0123456789abcdef\r\n";
   EXPECT_EQ(*load_token(file), "0123456789abcdef");
-  std::ofstream(file) << "short\n";
-  EXPECT_EQ(load_token(file).error().code, ErrorCode::kInvalid);
+  for (const std::string& bad : {std::string("short\n"), std::string("\n0123456789abcdef"),
+                                 std::string("0123456789abcdef\rX-Other: 1\n"), std::string(5000, 'a')}) {
+    std::ofstream(file) << bad;
+    EXPECT_EQ(load_token(file).error().code, ErrorCode::kInvalid) << bad;
+  }
 }
 
 TEST(HostPort, KnowsLoopback) {
