@@ -10,7 +10,7 @@ class GatherTest : public ::testing::Test {
  protected:
   GatherTest()
       : store_(std::move(*Store::create(folder_.path(), new_run()))),
-        scorer_(std::move(*score::Scorer::create(proto::FitnessConfig()))),
+        scorer_(*score::Scorer::create(proto::FitnessConfig())),
         gather_(scorer_, *store_) {
     gather_.begin(Gather::Kind::kGeneration, 0, {{1, 0}, {2, 0}}, std::vector<proto::TrialKey>(1));
     gather_.pending();
