@@ -58,7 +58,7 @@ void enter_limits(const Containment& limits, std::size_t in_use) {
     for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) dup2(null, fd);
   }
   // Whatever the program does on these signals is not for the child.
-  for (const int s : {SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL, SIGTERM, SIGINT, SIGXCPU, SIGPIPE})
+  for (const int s : {SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL, SIGTERM, SIGINT, SIGHUP, SIGXCPU, SIGPIPE})
     std::signal(s, SIG_DFL);
 }
 

@@ -4,6 +4,9 @@
 
 #include <cmath>
 #include <memory>
+#include <new>
+
+#include "cli/inputs.h"
 
 namespace evograsp::cli {
 namespace {
@@ -11,9 +14,12 @@ namespace {
 using Surface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)>;
 using Context = std::unique_ptr<cairo_t, decltype(&cairo_destroy)>;
 
-cairo_status_t append(void* out, const unsigned char* data, unsigned length) {
+// Called by C: nothing may be thrown through it.
+cairo_status_t append(void* out, const unsigned char* data, unsigned length) try {
   static_cast<std::string*>(out)->append(reinterpret_cast<const char*>(data), length);
   return CAIRO_STATUS_SUCCESS;
+} catch (const std::bad_alloc&) {
+  return CAIRO_STATUS_NO_MEMORY;
 }
 
 Status checked(cairo_status_t status, const std::string& what) {
@@ -31,7 +37,11 @@ Status draw_png(CanvasSize size, const std::filesystem::path& path, const std::f
   const Context context(cairo_create(surface.get()), cairo_destroy);
   Pen pen(context.get());
   draw(pen);
-  return checked(cairo_surface_write_to_png(surface.get(), path.c_str()), path.string());
+  std::string png;
+  if (auto status = checked(cairo_surface_write_to_png_stream(surface.get(), append, &png), path.string());
+      !status)
+    return status;
+  return write_file(path, png);
 }
 
 Result<std::string> draw_svg(CanvasSize size, const std::function<void(Pen&)>& draw) {

@@ -127,12 +127,10 @@ int Experiment::run() {
   std::error_code error;
   fs::create_directories(out_, error);
   if (error) return report(Error{ErrorCode::kIo, out_.string() + ": cannot be made: " + error.message()});
-  signals_.watch(
-      [&runner] {
-        std::fputs("\nstopping: what is done gets committed (Ctrl-C again: stop at once)\n", stderr);
-        runner.stop();
-      },
-      [] { std::_Exit(kExitInterrupted); });
+  signals_.watch([&runner] {
+    std::fputs("\nstopping: what is done gets committed (Ctrl-C again: stop at once)\n", stderr);
+    runner.stop();
+  });
   const auto done = runner.run_all();
   signals_.stop();
   if (!done) return report(done.error());

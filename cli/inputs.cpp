@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "cli/report.h"
+#include "cli/stop_signals.h"
 #include "common/message_check.h"
 #include "common/network.h"
 #include "neat/genome.h"
@@ -76,6 +77,7 @@ Status write_file(const fs::path& path, std::string_view data) {
   const fs::path temporary = path.string() + ".part";
   const int file = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (file < 0) return fail(ErrorCode::kIo, path.string() + ": cannot be written: " + std::strerror(errno));
+  const UnfinishedFile unfinished(temporary);
   Status status = write_all(file, data, path);
   ::close(file);
   if (status && std::rename(temporary.c_str(), path.c_str()) != 0) {

@@ -7,6 +7,7 @@
 
 #include "cli/report.h"
 #include "cli/run_folder.h"
+#include "server/store.h"
 
 namespace evograsp::cli {
 
@@ -83,8 +84,7 @@ Result<server::ServerOptions> new_run(LoadedConfig loaded, const fs::path& folde
   auto experiment = assets::resolve_experiment(loaded.config, loaded.base);
   if (!experiment) return fail(experiment.error().code, loaded.file + ": " + experiment.error().message);
   for (const std::string& warning : experiment->warnings) warn(warning);
-  std::error_code error;
-  if (fs::exists(folder / "run.db", error)) {
+  if (server::Store::holds_run(folder)) {
     const std::string name = folder.string();
     return fail(ErrorCode::kInvalid,
                 name + ": holds a run already; go on with it by: evograsp train --resume " + name);

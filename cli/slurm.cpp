@@ -18,6 +18,7 @@
 #include "common/rendezvous.h"
 #include "common/zap.h"
 #include "embedded/slurm_scripts.h"
+#include "server/store.h"
 
 namespace evograsp::cli {
 namespace {
@@ -178,18 +179,17 @@ class Submission {
 int check(const SubmitOptions& options, fs::path& run) {
   if (options.resume.empty() == options.config.empty())
     return report(Error{ErrorCode::kUsage, "slurm submit: a config, or --resume RUN, is wanted"});
-  std::error_code problem;
   if (!options.resume.empty()) {
     run = fs::absolute(options.resume);
-    if (fs::exists(run / "run.db", problem)) return kExitOk;
-    return report(Error{ErrorCode::kNotFound, options.resume + ": no run.db there"});
+    if (server::Store::holds_run(run)) return kExitOk;
+    return report(Error{ErrorCode::kNotFound, options.resume + ": no run there"});
   }
   const auto loaded =
       load_config(options.config, options.overrides,
                   {{"scene.object", assets::object_names()}, {"grasp.hand", assets::builtin_hands()}});
   if (!loaded) return report(loaded.error());
   run = fs::absolute(options.out.empty() ? "runs/" + loaded->config.run().name() : options.out);
-  if (!fs::exists(run / "run.db", problem)) return kExitOk;
+  if (!server::Store::holds_run(run)) return kExitOk;
   return report(Error{ErrorCode::kInvalid,
                       run.string() + ": holds a run already; go on with it: evograsp slurm submit " +
                           "--resume " + run.string()});

@@ -17,6 +17,7 @@
 #include "cli/stop_signals.h"
 #include "common/config.h"
 #include "common/log.h"
+#include "common/mutex.h"
 #include "common/near_miss.h"
 
 namespace evograsp::cli {
@@ -94,33 +95,46 @@ class Training {
 
  private:
   Result<server::RunState> evolve();
+  void interrupt();
   int conclude(server::RunState state);
   void show_result(const RunFolder& run);
   void show_json(const RunFolder& run);
 
   const Options& options_;
   const server::ServerOptions server_options_;
+  std::unique_ptr<LocalRun> run_;
+  Mutex mutex_;
+  LocalRun* under_way_ GUARDED_BY(mutex_) = nullptr;
   StopSignals signals_;
 };
 
+// On the signals' thread. Until the run is under way there is nothing to commit.
+void Training::interrupt() {
+  const MutexLock lock(mutex_);
+  if (under_way_ == nullptr) end_now();
+  std::fputs("\nstopping: what is done gets committed (Ctrl-C again: stop at once)\n", stderr);
+  under_way_->stop();
+}
+
 Result<server::RunState> Training::evolve() {
+  signals_.watch([this] { interrupt(); });
   auto run = LocalRun::create(server_options_, options_.slots);
   if (!run) return tl::unexpected(run.error());
+  run_ = std::move(*run);
   if (!options_.quiet) {
     std::fprintf(stderr, "%s %s in %s\n", options_.resume.empty() ? "training" : "resuming",
                  server_options_.config.run().name().c_str(), server_options_.run_dir.c_str());
   }
   Progress progress(options_.quiet ? ProgressStyle::kSilent : progress_style(stderr),
                     server_options_.config.run().generations());
-  signals_.watch(
-      [&run] {
-        std::fputs("\nstopping: what is done gets committed (Ctrl-C again: stop at once)\n", stderr);
-        (*run)->stop();
-      },
-      [] { std::_Exit(kExitInterrupted); });
-  auto state = (*run)->run([&progress](const server::GenerationReport& report) { progress.show(report); });
-  signals_.stop();
+  {
+    const MutexLock lock(mutex_);
+    under_way_ = run_.get();
+  }
+  auto state = run_->run([&progress](const server::GenerationReport& report) { progress.show(report); });
   progress.finish();
+  signals_.stop();
+  run_.reset();
   return state;
 }
 

@@ -1,12 +1,17 @@
 // SIGINT, SIGTERM and SIGHUP as calls on a thread of their own.
 #pragma once
 
+#include <csignal>
 #include <functional>
 #include <thread>
 
 #include "common/mutex.h"
 
 namespace evograsp {
+
+// SIGINT and SIGTERM, and SIGHUP unless whoever started the program wants it ignored (nohup): a blocked
+// signal would come through all the same.
+sigset_t stop_signals();
 
 // Make one before any other thread: it blocks the signals in the calling thread and in all that follow from
 // it.

@@ -4,6 +4,7 @@
 #include <thread>
 
 #include "cli/inputs.h"
+#include "server/store.h"
 
 namespace evograsp::cli::study {
 
@@ -98,7 +99,7 @@ void Runner::stop() {
 Result<RunFolder> Runner::finished(const Prepared& prepared) {
   const fs::path folder = folder_of(prepared.plan);
   std::error_code error;
-  const bool resume = fs::exists(folder / "run.db", error);
+  const bool resume = server::Store::holds_run(folder);
   if (resume) {
     auto run = read_run_folder(folder);
     if (!run) return run;
