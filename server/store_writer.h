@@ -54,10 +54,12 @@ class StoreWriter {
     if (done) done = end();
     if (!done) roll_back();
   }
-  // The log back into the file, so that run.db alone can be copied. A reader in the way only leaves it
-  // longer.
+  // The log back into the file, so that run.db alone can be copied, and the file out of WAL mode: who opens
+  // it later to read, and may not write, would leave an empty log beside it. A reader in the way only leaves
+  // both as they were.
   void fold() {
     static_cast<void>(run_.database->exec("PRAGMA synchronous = FULL; PRAGMA wal_checkpoint(TRUNCATE)"));
+    static_cast<void>(run_.database->exec("PRAGMA busy_timeout = 0; PRAGMA journal_mode = DELETE"));
   }
 
   std::uint64_t transactions() const { return transactions_; }

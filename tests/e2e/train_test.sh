@@ -5,6 +5,7 @@ source "$(dirname "$0")/lib.sh"
 small=(--set neat.population=30 --set run.generations=8 --set champion.candidates=4 --set champion.validation_trials=10)
 expect 0 "$evograsp" train quick --out whole --slots 2 --seed 3 "${small[@]}" --json
 for file in run.db champion.pb fitness.png report.html; do [ -s whole/$file ] || fail "no $file"; done
+[ -z "$(find whole -name 'run.db-*')" ] || fail "beside run.db stays $(find whole -name 'run.db-*')"
 grep -q '"state": "finished"' out || fail "JSON does not say that the run is finished"
 grep -q 'generation 8/8' err || fail "no progress"
 

@@ -174,6 +174,37 @@ TEST(Store, ACallbackComesAfterTheCommitCanBeRead) {
   EXPECT_EQ(seen.get_future().get(), 1u);
 }
 
+std::vector<std::string> names_in(const std::filesystem::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    names.push_back(entry.path().filename().string());
+  std::ranges::sort(names);
+  return names;
+}
+
+TEST(Store, ARunThatHasEndedIsOneFileWhoeverReadsIt) {
+  const std::vector<std::string> kOne = {"run.db", "run.lock"};
+  RunFolder folder;
+  {
+    const auto store = *Store::create(folder.path(), new_run());
+    ASSERT_TRUE(commit(*store, commit_of(0)));
+  }
+  EXPECT_EQ(names_in(folder.path()), kOne);
+  ASSERT_TRUE((*StoreReader::open(folder.path()))->run());
+  EXPECT_EQ(names_in(folder.path()), kOne) << "a reader left something";
+  // Taken up again, with a reader that stays: nothing is lost, and the next one that ends alone tidies up.
+  std::unique_ptr<StoreReader> reader = *StoreReader::open(folder.path());
+  {
+    const auto store = std::move(Store::resume(folder.path())->store);
+    ASSERT_TRUE(commit(*store, commit_of(1)));
+    EXPECT_EQ((*reader->generations(0, 9)).size(), 2u) << "a reader of before does not see the commit";
+  }
+  EXPECT_EQ((*reader->generations(0, 9)).size(), 2u);
+  reader.reset();
+  EXPECT_EQ(Store::resume(folder.path())->point.generation, 2u);
+  EXPECT_EQ(names_in(folder.path()), kOne);
+}
+
 TEST(Store, TheSchemaIsTheOneInTheGoldenFile) {
   EXPECT_EQ(std::string(schema_sql()), read_file(EVOGRASP_SOURCE_DIR "/tests/golden/store_schema.sql"))
       << "a changed schema needs a new kSchemaVersion, docs/STORE.md and a new golden file";
