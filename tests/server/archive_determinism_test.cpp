@@ -39,7 +39,7 @@ class Archives : public testing::RealRun {
     std::vector<std::string> all = testing::small_run(generations_);
     const std::vector<std::string> more = settings(kind);
     all.insert(all.end(), more.begin(), more.end());
-    const auto loaded = load_config(EVOGRASP_SOURCE_DIR "/configs/quick.txtpb", all);
+    const auto loaded = load_config(testing::kQuickConfig, all);
     if (!loaded) return {};
     testing::TempDir dir;
     zmq::context_t context(1);

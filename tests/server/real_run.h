@@ -8,14 +8,14 @@
 
 namespace evograsp::testing {
 
+inline constexpr char kQuickConfig[] = EVOGRASP_SOURCE_DIR "/configs/quick.txtpb";
+
 class RealRun : public ::testing::Test {
  protected:
   // `settings`: NAME=VALUE of the config, beside those of small_run().
   std::vector<std::string> server_arguments(const std::vector<std::string>& settings = {}) const {
-    std::vector<std::string> arguments = {"--config",  EVOGRASP_SOURCE_DIR "/configs/quick.txtpb",
-                                          "--run-dir", run_dir().string(),
-                                          "--listen",  endpoint_,
-                                          "--http",    http_};
+    std::vector<std::string> arguments = {"--config", kQuickConfig, "--run-dir", run_dir().string(),
+                                          "--listen", endpoint_,    "--http",    http_};
     std::vector<std::string> all = small_run(generations_);
     all.insert(all.end(), settings.begin(), settings.end());
     for (const std::string& value : all) {
@@ -67,7 +67,7 @@ class RealRun : public ::testing::Test {
   std::string undisturbed(const std::vector<std::string>& settings = {}) const {
     std::vector<std::string> all = small_run(generations_);
     all.insert(all.end(), settings.begin(), settings.end());
-    const auto loaded = load_config(EVOGRASP_SOURCE_DIR "/configs/quick.txtpb", all);
+    const auto loaded = load_config(kQuickConfig, all);
     return loaded ? champion_of(loaded->config, {2}) : "";
   }
 

@@ -12,6 +12,9 @@ namespace {
 
 using Words = std::vector<std::string>;
 
+constexpr char kServer[] = EVOGRASP_BIN_DIR "/evograsp-server";
+constexpr char kWorker[] = EVOGRASP_BIN_DIR "/evograsp-worker";
+
 // The manager's end of NOTIFY_SOCKET.
 class Manager {
  public:
@@ -82,16 +85,14 @@ void expect_service(const Words& words, int exit_code) {
 
 TEST(Service, ServerTellsItsManager) {
   TempDir dir;
-  expect_service({EVOGRASP_BIN_DIR "/evograsp-server", "--config", "quick", "--run-dir",
-                  (dir.path() / "run").string(), "--listen", "tcp://127.0.0.1:*", "--http", ""},
+  expect_service({kServer, "--config", "quick", "--run-dir", (dir.path() / "run").string(), "--listen",
+                  "tcp://127.0.0.1:*", "--http", ""},
                  130);
 }
 
 TEST(Service, WorkerTellsItsManagerAlsoWithoutAMaster) {
   TempDir dir;
-  expect_service(
-      {EVOGRASP_BIN_DIR "/evograsp-worker", "--slots", "1", "--rendezvous", (dir.path() / "none").string()},
-      0);
+  expect_service({kWorker, "--slots", "1", "--rendezvous", (dir.path() / "none").string()}, 0);
 }
 
 // A run that has ended: a worker that came for it alone goes home, another waits for the next.
@@ -99,8 +100,7 @@ TEST(Service, AWorkerThatComesWhenTheRunIsOverEnds) {
   TempDir dir;
   const std::string where = (dir.path() / "rendezvous").string();
   std::ofstream(where) << "over = the run is finished\n";
-  const Words worker{
-      EVOGRASP_BIN_DIR "/evograsp-worker", "--slots", "1", "--rendezvous", where, "--wait-seconds", "1"};
+  const Words worker{kWorker, "--slots", "1", "--rendezvous", where, "--wait-seconds", "1"};
   EXPECT_EQ(end_of(start(worker)), 6) << "a worker for any run did not wait for another";
   Words once = worker;
   once.emplace_back("--once");
@@ -113,8 +113,8 @@ TEST(Service, BeatsOnlyWhenMeant) {
   Manager manager;
   setenv("WATCHDOG_USEC", "80000", 1);
   setenv("WATCHDOG_PID", "1", 1);
-  const pid_t child = start({EVOGRASP_BIN_DIR "/evograsp-worker", "--slots", "1", "--rendezvous",
-                             (dir.path() / "none").string(), "--wait-seconds", "1"});
+  const pid_t child =
+      start({kWorker, "--slots", "1", "--rendezvous", (dir.path() / "none").string(), "--wait-seconds", "1"});
   unsetenv("WATCHDOG_USEC");
   unsetenv("WATCHDOG_PID");
   EXPECT_EQ(manager.next(), "READY=1");
