@@ -9,6 +9,7 @@
 #include "cli/bench.h"
 #include "cli/help.h"
 #include "cli/report.h"
+#include "common/last_words.h"
 #include "common/near_miss.h"
 #include "common/version.h"
 
@@ -156,11 +157,8 @@ int run(int argc, const char* const* argv) {
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
       return report({ErrorCode::kIo, "standard output: writing failed"});
     return code;
-  } catch (const std::bad_alloc&) {
-    return report(Error{ErrorCode::kIo, "out of memory"});
   } catch (const std::exception& error) {
-    return report(
-        Error{ErrorCode::kInternal, std::string("a bug in evograsp, please report it: ") + error.what()});
+    return report(error_of_exception(error));
   }
 }
 

@@ -5,6 +5,7 @@
 #include <thread>
 #include <utility>
 
+#include "common/last_words.h"
 #include "common/mutex.h"
 #include "common/thread_name.h"
 #include "server/dispatch_loop.h"
@@ -75,7 +76,7 @@ class DispatcherThread : public Dispatcher {
         if (tick_due()) tick();
       }
     } catch (const std::exception& error) {
-      sink_.broken({ErrorCode::kInternal, std::string("dispatcher: ") + error.what()});
+      sink_.broken(error_of_exception(error));
     }
   }
 
@@ -146,7 +147,7 @@ Result<std::unique_ptr<Dispatcher>> Dispatcher::create(zmq::context_t& context, 
     }
     return std::make_unique<DispatcherThread>(std::move(loop), std::move(bound), sink);
   } catch (const std::exception& error) {
-    return fail(ErrorCode::kInternal, std::string("dispatcher: ") + error.what());
+    return tl::unexpected(error_of_exception(error));
   }
 }
 

@@ -7,6 +7,7 @@
 #include <new>
 
 #include "common/config.h"
+#include "common/last_words.h"
 #include "common/log.h"
 #include "common/rendezvous.h"
 #include "common/signals.h"
@@ -217,11 +218,12 @@ int serve(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  set_last_words("evograsp-server");
   try {
     return serve(argc, argv);
   } catch (const std::bad_alloc&) {
     return report({ErrorCode::kIo, "not enough memory for this run on this machine"});
   } catch (const std::exception& error) {
-    return report({ErrorCode::kInternal, error.what()});
+    return report(error_of_exception(error));
   }
 }

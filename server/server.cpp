@@ -1,6 +1,7 @@
 #include "server/server.h"
 
 #include <atomic>
+#include <new>
 #include <random>
 #include <thread>
 #include <utility>
@@ -8,6 +9,7 @@
 
 #include "common/config_check.h"
 #include "common/digest.h"
+#include "common/last_words.h"
 #include "common/log.h"
 #include "common/version.h"
 #include "common/view_features.h"
@@ -330,8 +332,10 @@ Result<std::unique_ptr<Server>> Server::create(ServerOptions options) {
     auto server = std::make_unique<ServerImpl>(options, std::move(*parts));
     if (Status status = server->open(); !status) return tl::unexpected(status.error());
     return server;
+  } catch (const std::bad_alloc&) {
+    return fail(ErrorCode::kIo, "not enough memory for this run on this machine");
   } catch (const std::exception& error) {
-    return fail(ErrorCode::kInternal, std::string("server: ") + error.what());
+    return tl::unexpected(error_of_exception(error));
   }
 }
 

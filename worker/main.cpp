@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
+#include "common/last_words.h"
 #include "common/log.h"
 #include "common/signals.h"
 #include "common/version.h"
@@ -53,6 +54,7 @@ int serve(const worker::WorkerOptions& options, SignalWatch& signals) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  set_last_words("evograsp-worker");
   SignalWatch signals;
   CLI::App app("Simulator slots for an evograsp master.", "evograsp-worker");
   app.set_version_flag("--version", std::string("evograsp-worker ") + kVersion);

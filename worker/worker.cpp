@@ -1,6 +1,7 @@
 #include "worker/worker.h"
 
 #include <atomic>
+#include <new>
 #include <system_error>
 #include <thread>
 
@@ -24,6 +25,8 @@ class WorkerImpl : public Worker {
       return session.run();
     } catch (const std::system_error& error) {  // no threads for the slots
       return fail(ErrorCode::kUsage, error.what());
+    } catch (const std::bad_alloc&) {
+      return fail(ErrorCode::kIo, "not enough memory for this experiment on this machine");
     } catch (const std::exception& error) {
       return fail(ErrorCode::kInternal, options_.connect + ": " + error.what());
     }
