@@ -169,8 +169,8 @@ TEST_F(Look, InferOnARegisteredKinectFrameUsesItsEquations) {
     }
   }
   write("kinect.pgm", pgm);
-  const int u = static_cast<int>(kWidth / 2 + centre_x / kColumn + 0.5);
-  const int v = static_cast<int>(kHeight / 2 + centre_y / kRow + 0.5);
+  const int u = static_cast<int>(std::lround(kWidth / 2.0 + centre_x / kColumn));
+  const int v = static_cast<int>(std::lround(kHeight / 2.0 + centre_y / kRow));
   const std::string call = "infer " + path("zero.pb") + " --depth " + path("kinect.pgm") + " --click " +
                            std::to_string(u) + "," + std::to_string(v) + " --json";
   const Ran ran = run(call);

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "scene_objects.h"
 #include "sim/depth.h"
 
@@ -18,7 +20,8 @@ GreyImage record(const DepthCamera& camera, const Placements& p) {
   for (int v = 0; v < image.height; ++v)
     for (int u = 0; u < image.width; ++u) {
       const Hit hit = scene.cast(camera.camera().ray({double(u), double(v)}), 0, 6);
-      image.value.push_back(hit.body == kNothing ? 0 : static_cast<std::uint16_t>(hit.t * 10000 + 0.5));
+      image.value.push_back(hit.body == kNothing ? 0
+                                                 : static_cast<std::uint16_t>(std::lround(hit.t * 10000)));
     }
   return image;
 }

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "scene_objects.h"
 #include "sim/depth_image.h"
 #include "sim/render_overlay.h"
@@ -89,7 +91,7 @@ TEST(Render, DepthIsReadableAsARecording) {
   same.units_per_metre = 10000;
   const DepthImage image = *DepthImage::create(*decode_grey16(*encode_png(grey), "round trip"), same);
   const Pixel centre = *camera.project(Vec3(0, 0, 0.04));
-  const int u = static_cast<int>(centre.u + 0.5), v = static_cast<int>(centre.v + 0.5);
+  const int u = static_cast<int>(std::lround(centre.u)), v = static_cast<int>(std::lround(centre.v));
   EXPECT_NEAR(*image.reading(u, v), camera.depth(Vec3(0, 0, 0.04)) - 0.04, 2e-4);
   EXPECT_FALSE(image.reading(0, 0)) << "past the table there is no return";
 }
