@@ -20,8 +20,27 @@ bool stdout_is_terminal() {
   return ::isatty(::fileno(stdout)) != 0;
 }
 
-void print_document(const std::string& text) {
-  print(text + "\n");
+// They stand in strings alone, where an escape means the same.
+void print_document(const std::string& json) {
+  std::string out;
+  const auto escape = [&out](unsigned char c) {
+    char text[8];
+    std::snprintf(text, sizeof text, "\\u%04x", c);
+    out += text;
+  };
+  for (std::size_t i = 0; i < json.size(); ++i) {
+    const auto c = static_cast<unsigned char>(json[i]);
+    const auto next = i + 1 < json.size() ? static_cast<unsigned char>(json[i + 1]) : 0U;
+    if (c == 0x7f) {
+      escape(c);
+    } else if (c == 0xc2 && next >= 0x80 && next < 0xa0) {
+      escape(static_cast<unsigned char>(next));
+      ++i;
+    } else {
+      out += json[i];
+    }
+  }
+  print(out + "\n");
   std::fflush(stdout);
 }
 

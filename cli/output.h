@@ -9,7 +9,7 @@
 namespace evograsp::cli {
 
 // One indented document and a newline on stdout. Bytes that are no UTF-8 are replaced, numbers that are none
-// are null.
+// are null, control characters escaped, also those from U+007F to U+009F that JSON would let pass.
 template <class Json>
 void print_json(const Json& document);
 // On one line: for streams of documents.
@@ -32,7 +32,7 @@ std::string cut(const std::string& line, int columns);
 std::string fit(const std::string& text, TerminalSize size);
 
 // ---- details ----
-void print_document(const std::string& text);
+void print_document(const std::string& json);
 
 template <class Json>
 void print_json(const Json& document) {

@@ -12,9 +12,6 @@ namespace {
 constexpr std::uint64_t kMostGenerations = 10'000'000;
 }  // namespace
 
-Result<std::unique_ptr<Source>> open_server(const std::string& url);
-Result<std::unique_ptr<Source>> open_folder(const std::string& folder);
-
 void add_source_options(CLI::App& command, SourceOptions& options) {
   command
       .add_option("--server", options.server,

@@ -54,6 +54,10 @@ class Source {
   Result<nlohmann::json> all_generations(std::uint32_t from);
 };
 
+// What Source::open() opens: a server by its URL, a run by its folder.
+Result<std::unique_ptr<Source>> open_server(const std::string& url);
+Result<std::unique_ptr<Source>> open_folder(const std::string& folder);
+
 inline constexpr std::uint32_t kPage = 1000;  // rows asked for at once: the most an answer holds
 
 }  // namespace evograsp::cli

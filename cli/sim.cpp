@@ -4,6 +4,7 @@
 
 #include "cli/cli.h"
 #include "cli/json_values.h"
+#include "cli/output.h"
 #include "cli/replay.h"
 #include "cli/report.h"
 #include "cli/scene_flags.h"
@@ -143,7 +144,7 @@ int run(const Options& options) {
     out["contacts"] = contacts_json(*grasp, hand);
     if (!options.json) print_grasp(*grasp, terms, hand);
   }
-  if (options.json) std::printf("%s\n", out.dump(1).c_str());
+  if (options.json) print_json(out);
   return kExitOk;
 }
 

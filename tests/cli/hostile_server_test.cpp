@@ -186,6 +186,9 @@ TEST(HostileServer, NamesAndReasonsCannotSteerTheTerminal) {
     EXPECT_THAT(said.out, Not(HasSubstr("\x1b"))) << command;
     EXPECT_THAT(said.out, Not(HasSubstr("\xc2\x9b"))) << command;
   }
+  const Said json = evograsp({"status", "--json", "--server", server.url()});
+  EXPECT_THAT(json.out, HasSubstr("\\u001b[31mred\\u009b2J"));
+  EXPECT_THAT(json.out, Not(HasSubstr("\xc2\x9b")));
   const Evil refuses(document(R"({"error": {"message": "\u001b[31mred"}})", "404 Not Found"));
   const Said said = evograsp({"status", "--server", refuses.url()});
   EXPECT_EQ(said.code, 4);

@@ -13,35 +13,14 @@
 #include "sim/png.h"
 #include "tests/fuzz/peer.h"
 #include "tests/fuzz/run_db.h"
+#include "tests/fuzz/seeds.h"
 #include "tests/fuzz/simulate.h"
 
 namespace {
 
 using namespace evograsp;
+using namespace evograsp::fuzz;
 namespace fs = std::filesystem;
-
-fs::path out;
-
-void write(const std::string& target, const std::string& name, const std::string& bytes) {
-  fs::create_directories(out / target);
-  std::ofstream(out / target / name, std::ios::binary) << bytes;
-}
-
-std::string file(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return std::string((std::istreambuf_iterator<char>(in)), {});
-}
-
-// As fuzz::Pieces reads them.
-std::string number(std::size_t value) {
-  return {static_cast<char>(value & 255), static_cast<char>(value >> 8 & 255)};
-}
-std::string piece(const std::string& bytes) {
-  return number(bytes.size()) + bytes;
-}
-std::string letter(int value) {
-  return std::string(1, static_cast<char>(value));
-}
 
 void texts() {
   const fs::path configs = fs::path(EVOGRASP_SOURCE_DIR) / "configs";
@@ -158,22 +137,6 @@ void meshes() {
   if (mesh) write("mesh", "encoded", letter(6) + assets::encode(*mesh));
 }
 
-// What a user writes or is given, small: see files_fuzz.cpp.
-void small_files() {
-  const std::string a = "Yne@$w-vo<fVvi]a<NY6T1ed:M$fCG*[IaLV{hID",
-                    b = "D:)Q[IlAW!ahhC2ac:9*A}h:p?([4%wOTJ%JR%cs";
-  const std::string pair = "public-key = " + a + "\nsecret-key = " + b + "\n";
-  write("files", "keys", letter(0) + "# a pair\n" + pair);
-  write("files", "keys_of_worker", letter(0) + pair + "server-key = " + a + "\n");
-  write("files", "allowed", letter(1) + "# workers\n" + a + " node 1\n" + b + "\n");
-  write("files", "token", letter(2) + "0123456789abcdef\r\n");
-  write("files", "rendezvous", letter(3) + "connect = tcp://node17:40213\nhttp = http://node17:40871\n");
-  write("files", "over", letter(3) + "over = the run is finished\n");
-  write("files", "camera",
-        letter(4) + R"({"fx": 20.5, "fy": 20, "cx": 12, "cy": 9, "units_per_metre": 1000, "invalid": 0,)" +
-            R"( "width": 24, "height": 18, "note": "of the lab"})");
-}
-
 void images() {
   sim::GreyImage image{24, 18, {}};
   for (int i = 0; i < 24 * 18; ++i)
@@ -188,13 +151,6 @@ void images() {
 }
 
 // ---- evolution ----
-
-proto::Network network_of(int inputs, int outputs) {
-  proto::NeatConfig config;
-  config.set_population(2);
-  const auto population = neat::Population::create(config, inputs, outputs, 1);
-  return neat::express_proto(population->ask()[0], config);
-}
 
 void evolution() {
   for (int kind = 0; kind < 3; ++kind) {
@@ -375,16 +331,16 @@ int main(int count, char** arguments) {
     std::fprintf(stderr, "usage: fuzz_seeds FOLDER\n");
     return 2;
   }
-  out = arguments[1];
+  seeds_folder() = arguments[1];
   texts();
   meshes();
   images();
-  small_files();
   evolution();
   wire();
   master_to_worker();
   slots();
   bundles();
   runs();
+  write_user_seeds();
   return 0;
 }
