@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "common/counted.h"
 #include "server/dispatch_loop.h"
 
 namespace evograsp::server {
@@ -33,7 +34,8 @@ void DispatchLoop::end_session(Session& session, Departure departure, const std:
   if (!session.leaving && !session.held) note_parted(session);
   if (lost) ++totals_.lost;
   list(lost, lost ? "worker_lost" : "worker_left",
-       "worker " + session.view.identity + ": " + why + "; " + std::to_string(held) + " tasks go to others");
+       "worker " + session.view.identity + ": " + why + "; " + counted(static_cast<long long>(held), "task") +
+           (held == 1 ? " goes" : " go") + " to others");
   by_id_.erase(session.id);
   fail_steps_of(session.id);
   sessions_.erase(std::string(session.peer));  // the session dies here

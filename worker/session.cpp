@@ -9,6 +9,7 @@
 #include <random>
 #include <utility>
 
+#include "common/counted.h"
 #include "common/log.h"
 #include "common/rendezvous.h"
 #include "common/version.h"
@@ -374,7 +375,8 @@ void Session::obey() {
       drain_deadline_ = Clock::now() + milliseconds(options_.drain_seconds);
       handed_back_ = slots_->take_back();
       unfinished_ -= static_cast<int>(handed_back_.size());
-      spdlog::info("draining: {} tasks to finish, {} handed back", unfinished_, handed_back_.size());
+      spdlog::info("draining: {} to finish, {} handed back", counted(unfinished_, "task"),
+                   handed_back_.size());
       proto::Envelope envelope = make_envelope(stamp_);
       envelope.mutable_drain()->set_reason("asked to");
       send(socket_, {}, envelope);

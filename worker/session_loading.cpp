@@ -1,6 +1,7 @@
 // From a Welcome to a simulator.
 #include <utility>
 
+#include "common/counted.h"
 #include "common/log.h"
 #include "worker/calibration.h"
 #include "worker/session.h"
@@ -28,7 +29,7 @@ void Session::on_welcome(const proto::Welcome& welcome, const SessionStamp& stam
   silence_seconds_ = within(welcome.silence_seconds(), 0.05, 3600);
   heartbeat_seconds_ = within(welcome.heartbeat_seconds(), 0.01, 3600);
   patience_ = kFirstPatience;
-  spdlog::info("welcome to {}: {} slots", endpoint_, options_.slots);
+  spdlog::info("welcome to {}: {}", endpoint_, counted(options_.slots, "slot"));
   if (welcome.experiment().object_id().empty()) {  // no-op work only
     fingerprint_.clear();
     slots_->set_simulator(nullptr);
