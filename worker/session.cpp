@@ -379,7 +379,7 @@ void Session::obey() {
                    handed_back_.size());
       proto::Envelope envelope = make_envelope(stamp_);
       envelope.mutable_drain()->set_reason("asked to");
-      send(socket_, {}, envelope);
+      if (socket_) send(socket_, {}, envelope);  // none while a rendezvous names no master
       farewell_ = "drained";
     }
   }
