@@ -1,11 +1,14 @@
 // The three commands on a slot of a running master's workers.
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <string>
 #include <utility>
 
 #include "cli/sim_session.h"
 #include "common/message_check.h"
 #include "common/step_client.h"
+#include "common/view_features.h"
 
 namespace evograsp::cli {
 namespace {
@@ -35,6 +38,33 @@ Result<assets::ResolvedExperiment> fetch(StepClient& client, const std::string& 
   return what;
 }
 
+template <class Numbers>
+bool are_finite(const Numbers& numbers) {
+  return std::ranges::all_of(numbers, [](auto number) { return std::isfinite(number); });
+}
+
+Result<sim::Info> info_of(const proto::Info& info, const proto::CameraConfig& camera) {
+  if (info.depth_size() != static_cast<int>(camera.columns() * camera.rows()))
+    return fail(ErrorCode::kInvalid, "the slot saw another number of depth samples than the camera has");
+  if (info.feature_size() != static_cast<int>(other_inputs(camera) - kClickAndBoxInputs))
+    return fail(ErrorCode::kInvalid, "the slot saw another number of features than the camera has");
+  if (!std::ranges::all_of(info.depth(), [](float depth) { return depth >= 0 && depth <= 1; }))
+    return fail(ErrorCode::kInvalid, "the slot saw a depth sample out of the camera's range");
+  sim::Info out;
+  out.depth.assign(info.depth().begin(), info.depth().end());
+  out.click_a = info.click_a();
+  out.click_b = info.click_b();
+  out.box_w = info.box_w();
+  out.box_h = info.box_h();
+  out.point = from_proto(info.point());
+  out.anchor = from_proto(info.anchor());
+  out.features.assign(info.feature().begin(), info.feature().end());
+  if (!are_finite(std::array{out.click_a, out.click_b, out.box_w, out.box_h}) || !are_finite(out.features) ||
+      !is_finite(out.point) || !is_finite(out.anchor))
+    return fail(ErrorCode::kInvalid, "the slot saw what is no number");
+  return out;
+}
+
 sim::Measurement measurement_of(const proto::Measurement& m) {
   sim::Measurement out;
   out.outcome = m.outcome();
@@ -48,6 +78,15 @@ sim::Measurement measurement_of(const proto::Measurement& m) {
   out.target_distance = m.target_distance();
   out.theta = m.theta();
   return out;
+}
+
+bool all_finite(const sim::GraspReport& report) {
+  const sim::Measurement& m = report.measurement;
+  return are_finite(std::array{m.quality, m.nearest_object, m.target_distance, m.theta}) && is_finite(m.p) &&
+         is_finite(m.s) && is_finite(m.o) && are_finite(report.joints) && is_finite(report.palm) &&
+         std::ranges::all_of(report.contacts, [](const sim::Contact& c) {
+           return is_finite(c.point) && is_finite(c.normal) && are_finite(std::array{c.mu, c.gap});
+         });
 }
 
 Result<sim::GraspReport> report_of(const proto::GraspReport& grasp, const proto::HandBundle& hand) {
@@ -64,6 +103,7 @@ Result<sim::GraspReport> report_of(const proto::GraspReport& grasp, const proto:
                             static_cast<int>(c.part()), c.gap()});
   out.joints.assign(grasp.joint().begin(), grasp.joint().end());
   out.palm = from_proto(grasp.palm());
+  if (!all_finite(out)) return fail(ErrorCode::kInvalid, "the slot measured what is no number");
   return out;
 }
 
@@ -105,20 +145,7 @@ class RemoteSession : public SimSession {
     wanted.set_bounding_box(bounding_box);
     const auto reply = client_.ask(std::move(request));
     if (!reply) return tl::unexpected(reply.error());
-    const proto::Info& info = reply->info();
-    const proto::CameraConfig& camera = experiment_.experiment.camera();
-    if (info.depth_size() != static_cast<int>(camera.columns() * camera.rows()))
-      return fail(ErrorCode::kInvalid, "the slot saw another number of depth samples than the camera has");
-    sim::Info out;
-    out.depth.assign(info.depth().begin(), info.depth().end());
-    out.click_a = info.click_a();
-    out.click_b = info.click_b();
-    out.box_w = info.box_w();
-    out.box_h = info.box_h();
-    out.point = from_proto(info.point());
-    out.anchor = from_proto(info.anchor());
-    out.features.assign(info.feature().begin(), info.feature().end());
-    return out;
+    return info_of(reply->info(), experiment_.experiment.camera());
   }
 
   // The slot judges the target of the last get_info, whatever came of that.

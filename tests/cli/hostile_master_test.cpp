@@ -7,6 +7,8 @@
 #include <functional>
 #include <map>
 #include <thread>
+#include <tuple>
+#include <vector>
 
 #include "assets/assets.h"
 #include "cli/sim_session.h"
@@ -21,19 +23,21 @@ namespace {
 using ::testing::HasSubstr;
 using Twist = std::function<void(proto::StepReply&)>;
 
-assets::ResolvedExperiment cube() {
+assets::ResolvedExperiment cube(const std::vector<proto::ViewFeature>& features) {
   proto::Config config;
   config.mutable_scene()->add_object("cube");
   config.mutable_camera(), config.mutable_grasp(), config.mutable_trials();
+  for (const proto::ViewFeature feature : features) config.mutable_camera()->add_feature(feature);
   write_defaults(config);
   return *assets::resolve_experiment(config, {});
 }
 
-// Answers as a slot does, but for what `twist` makes of it; with `noise`, sends what nobody asked for
-// instead.
+// Answers as a slot does, but for the features and for what `twist` makes of it; with `noise`, sends what
+// nobody asked for instead.
 class Master {
  public:
-  explicit Master(Twist twist, bool noise = false) : what_(cube()), twist_(std::move(twist)), noise_(noise) {
+  explicit Master(Twist twist, const std::vector<proto::ViewFeature>& features = {}, bool noise = false)
+      : what_(cube(features)), twist_(std::move(twist)), noise_(noise) {
     socket_ = std::move(*make_router(context_, SocketOptions()));
     endpoint_ = *bind(socket_, "tcp://127.0.0.1:*");
     packed_[what_.experiment.hand_id()] = assets::pack_bundle(what_.hand);
@@ -147,6 +151,69 @@ TEST(HostileMaster, JointsAndLinksThatTheHandDoesNotHaveAreRefused) {
   }
 }
 
+TEST(HostileMaster, ViewsThatTheCameraCannotHaveAreRefused) {
+  const std::tuple<const char*, const char*, Twist> cases[] = {
+      {"a sample too many", "depth samples", [](proto::StepReply& r) { r.mutable_info()->add_depth(1); }},
+      {"no samples", "depth samples", [](proto::StepReply& r) { r.mutable_info()->clear_depth(); }},
+      {"another reply", "depth samples", [](proto::StepReply& r) { r.mutable_grasp(); }},
+      {"a feature too many", "features", [](proto::StepReply& r) { r.mutable_info()->add_feature(1); }},
+      {"a million features", "features",
+       [](proto::StepReply& r) { r.mutable_info()->mutable_feature()->Resize(1000000, 1); }},
+      {"a depth of NaN", "depth", [](proto::StepReply& r) { r.mutable_info()->set_depth(7, std::nanf("")); }},
+      {"a depth of -1", "depth", [](proto::StepReply& r) { r.mutable_info()->set_depth(0, -1); }},
+      {"a depth of 1e30", "depth", [](proto::StepReply& r) { r.mutable_info()->set_depth(0, 1e30F); }},
+      {"a click", "no number", [](proto::StepReply& r) { r.mutable_info()->set_click_b(std::nan("")); }},
+      {"a box", "no number", [](proto::StepReply& r) { r.mutable_info()->set_box_w(HUGE_VAL); }},
+      {"a point", "no number",
+       [](proto::StepReply& r) { r.mutable_info()->mutable_point()->set_z(std::nan("")); }},
+      {"an anchor", "no number",
+       [](proto::StepReply& r) { r.mutable_info()->mutable_anchor()->set_x(-HUGE_VAL); }},
+  };
+  for (const auto& [what, says, twist] : cases) {
+    const Master master(twist);
+    const auto info = session_with(master)->get_info(0, 0, true);
+    ASSERT_FALSE(info) << what;
+    EXPECT_EQ(info.error().code, ErrorCode::kInvalid) << what;
+    EXPECT_THAT(info.error().message, HasSubstr(says)) << what;
+  }
+}
+
+TEST(HostileMaster, FeaturesAreTakenAsTheCameraHasThemAndAsNumbers) {
+  for (const float value : {0.25F, std::nanf("")}) {
+    const Master master(
+        [value](proto::StepReply& reply) {
+          for (int i = 0; i < 5; ++i) reply.mutable_info()->add_feature(value);
+        },
+        {proto::CENTROID, proto::AXIS});
+    const auto info = session_with(master)->get_info(0, 0, true);
+    if (std::isnan(value)) {
+      EXPECT_FALSE(info);
+      continue;
+    }
+    ASSERT_TRUE(info) << info.error().message;
+    EXPECT_EQ(info->features, std::vector<float>(5, value));
+  }
+}
+
+TEST(HostileMaster, MeasurementsThatAreNoNumbersAreRefused) {
+  const double nan = std::nan("");
+  const std::pair<const char*, std::function<void(proto::GraspReport&)>> cases[] = {
+      {"quality", [&](proto::GraspReport& g) { g.mutable_measurement()->set_quality(nan); }},
+      {"theta", [&](proto::GraspReport& g) { g.mutable_measurement()->set_theta(HUGE_VAL); }},
+      {"p", [&](proto::GraspReport& g) { g.mutable_measurement()->mutable_p()->set_y(nan); }},
+      {"joint", [&](proto::GraspReport& g) { g.set_joint(0, nan); }},
+      {"contact point", [&](proto::GraspReport& g) { g.add_contact()->mutable_point()->set_x(nan); }},
+      {"contact gap", [&](proto::GraspReport& g) { g.add_contact()->set_gap(nan); }},
+      {"palm", [&](proto::GraspReport& g) { g.mutable_palm()->mutable_position()->set_x(nan); }},
+  };
+  for (const auto& [what, twist] : cases) {
+    const Master master([&twist = twist](proto::StepReply& reply) { twist(*reply.mutable_grasp()); });
+    const auto grasp = session_with(master)->get_quality(0, Pose());
+    ASSERT_FALSE(grasp) << what;
+    EXPECT_THAT(grasp.error().message, HasSubstr("no number")) << what;
+  }
+}
+
 TEST(HostileMaster, PlacesThatAreNoneAreRefused) {
   for (const double scale : {0.0, -1.0, 1e300, std::nan("")}) {
     const Master master([scale](proto::StepReply& reply) {
@@ -161,7 +228,7 @@ TEST(HostileMaster, PlacesThatAreNoneAreRefused) {
 }
 
 TEST(HostileMaster, MessagesThatNobodyAskedForBuyNoTime) {
-  const Master master([](proto::StepReply&) {}, true);
+  const Master master([](proto::StepReply&) {}, {}, true);
   auto client = StepClient::connect(master.endpoint(), std::nullopt);
   ASSERT_TRUE(client) << client.error().message;
   proto::StepRequest request;
