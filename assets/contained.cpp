@@ -15,14 +15,7 @@
 #include <cstring>
 #include <exception>
 
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define EVOGRASP_SANITIZED
-#endif
-#endif
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define EVOGRASP_SANITIZED
-#endif
+#include "common/sanitized.h"
 
 namespace evograsp::assets {
 namespace {

@@ -94,7 +94,7 @@ TEST_F(Poison, AGenomeThatKillsWorkersIsScoredZeroAndTheRunGoesOn) {
 }
 
 TEST_F(Poison, AGenomeThatHangsIsGivenUpAtItsDeadline) {
-  Process server("evograsp-server", server_arguments({"dispatch.task_deadline=0.5"}), log("server"));
+  Process server("evograsp-server", server_arguments({"dispatch.task_deadline=1.5"}), log("server"));
   keep_alive(server, "hang:" + std::to_string(kVictim), 2);
   EXPECT_EQ(server.finish(), 0) << server.log();
   expect_one_poison(server);

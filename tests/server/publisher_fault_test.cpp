@@ -2,28 +2,22 @@
 #include <gtest/gtest.h>
 #include <sys/socket.h>
 
-#include <fstream>
 #include <thread>
 
 #include "common/digest.h"
 #include "server/publisher.h"
 #include "tests/server/cluster.h"
+#include "tests/server/memory_held.h"
 #include "tests/server/raw_connection.h"
 
 namespace evograsp::server {
 namespace {
 
 using evograsp::testing::eventually;
+using evograsp::testing::memory_held;
 using evograsp::testing::raw_connection;
 using evograsp::testing::TempDir;
 using evograsp::testing::zmtp_connection;
-
-std::size_t resident() {
-  std::ifstream in("/proc/self/statm");
-  std::size_t total = 0, pages = 0;
-  in >> total >> pages;
-  return pages * 4096;
-}
 
 // A robot.
 class Subscriber {
@@ -144,13 +138,13 @@ TEST_F(ChampionPort, ASubscriberWhoDoesNotReadCostsLittleMemoryAndNobodyElse) {
   Subscriber robot(endpoint(), std::nullopt), sleeper(endpoint(), std::nullopt, "champion", 1);
   ASSERT_TRUE(gets(robot, 1));
   ASSERT_TRUE(sleeper.next(2000)) << "not connected";
-  const std::size_t before = resident();
+  const std::size_t before = memory_held();
   for (std::uint32_t i = 0; i < 1000; ++i) {
     publisher_.publish(champion(100 + i, 200000));
     while (robot.next(i % 10 == 0 ? 5 : 0)) {
     }
   }
-  const double grown = (static_cast<double>(resident()) - static_cast<double>(before)) / 1e6;
+  const double grown = (static_cast<double>(memory_held()) - static_cast<double>(before)) / 1e6;
   EXPECT_LT(grown, 60) << "of 200 MB that were sent";
   EXPECT_TRUE(gets(robot, 2)) << "one sleeps, the other goes without";
 }

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <atomic>
 #include <filesystem>
-#include <fstream>
 #include <thread>
 
 #include "common/random.h"
@@ -14,6 +13,7 @@
 #include "server/api.h"
 #include "server/dispatcher.h"
 #include "tests/server/cluster.h"
+#include "tests/server/memory_held.h"
 #include "tests/server/raw_connection.h"
 #include "tests/server/raw_peer.h"
 
@@ -23,6 +23,7 @@ namespace {
 using testing::CountingSink;
 using testing::eventually;
 using testing::give_noop_work;
+using testing::memory_held;
 using testing::raw_connection;
 using testing::RawPeer;
 using testing::TempDir;
@@ -32,14 +33,6 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kNetworkSeconds = 0.0002;  // of a slot
 constexpr double kLeastShare = 0.25;        // of the rate before
-
-// Resident memory of this process, bytes.
-std::size_t resident() {
-  std::ifstream in("/proc/self/statm");
-  std::size_t total = 0, pages = 0;
-  in >> total >> pages;
-  return pages * 4096;
-}
 
 std::size_t descriptors() {
   const std::filesystem::directory_iterator all("/proc/self/fd");
@@ -112,13 +105,13 @@ class Strangers : public ::testing::Test {
   void expect_unimpressed(const char* what, const std::function<void()>& nuisance, int windows = 4,
                           int own_losses = 0) {
     const double before = rate();
-    const std::size_t memory = resident();
+    const std::size_t memory = memory_held();
     std::atomic<bool> stop{false};
     std::thread thread([&] {
       while (!stop) nuisance();
     });
     const double meanwhile = rate(windows);
-    const double grown = (static_cast<double>(resident()) - static_cast<double>(memory)) / 1e6;
+    const double grown = (static_cast<double>(memory_held()) - static_cast<double>(memory)) / 1e6;
     stop = true;
     thread.join();
     std::printf("%s: %.0f evaluations a second before, %.0f meanwhile; %.0f MB more memory\n", what, before,

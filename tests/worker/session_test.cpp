@@ -12,6 +12,7 @@
 
 #include "assets/assets.h"
 #include "assets/experiment.h"
+#include "common/sanitized.h"
 #include "common/socket.h"
 #include "worker/slots.h"
 
@@ -165,12 +166,7 @@ TEST(Slots, AJobThatThrowsLeavesItsSlotAtWork) {
   EXPECT_TRUE(done);
 }
 
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define EVOGRASP_SANITIZED  // these reserve terabytes of address space
-#endif
-#endif
-#if !defined(EVOGRASP_SANITIZED) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#ifndef EVOGRASP_SANITIZED
 // 4,096 stacks do not fit into the address space that is left: in a process of its own.
 TEST(SlotsDeathTest, TooFewThreadsAreAnErrorThatSaysWhatToDo) {
   const auto starve = [] {
