@@ -163,7 +163,7 @@ TEST_F(Look, InferOnARegisteredKinectFrameUsesItsEquations) {
   std::string pgm = "P5 640 480 65535\n";
   for (int j = 0; j < kHeight; ++j) {
     for (int i = 0; i < kWidth; ++i) {
-      const double x = (i - kWidth / 2) * kColumn, y = (j - kHeight / 2) * kRow;
+      const double x = (i - kWidth / 2.0) * kColumn, y = (j - kHeight / 2.0) * kRow;
       const int z = std::fabs(x - centre_x) <= 30 && std::fabs(y - centre_y) <= 30 ? 800 : 900;
       pgm += {static_cast<char>(z / 256), static_cast<char>(z % 256)};
     }
