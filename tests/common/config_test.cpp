@@ -187,7 +187,7 @@ TEST(ParseText, RefusesTextThatIsNotUtf8) {
 }
 
 TEST(ParseText, SaysOnceThatAFileIsNoText) {
-  EXPECT_EQ(only_complaint(std::string("run {\xff\x01\x02 }\n\0", 13)),
+  EXPECT_EQ(only_complaint(std::string("run {\xff\x01\x02 }\n\0\0", 13)),
             "f: not a text file: byte 5 is no UTF-8 text");
   EXPECT_THAT(complaints("| a | b |\n| c |"), SizeIs(2)) << "one complaint a line";
 }
