@@ -12,7 +12,7 @@ namespace {
 // Hollow points inside a hull, ascending.
 std::vector<std::uint32_t> swallowed_by(const ConvexHull& hull, const std::vector<Vec3>& hollow) {
   std::vector<std::uint32_t> inside;
-  if (hull.solid.volume == 0) return inside;
+  if (hull.width == 0) return inside;
   Vec3 low = Vec3::Constant(HUGE_VAL), high = Vec3::Constant(-HUGE_VAL);
   for (const Vec3& p : hull.vertices) low = low.cwiseMin(p), high = high.cwiseMax(p);
   for (std::uint32_t i = 0; i < hollow.size(); ++i) {

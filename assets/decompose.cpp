@@ -16,7 +16,7 @@
 namespace evograsp::assets {
 namespace {
 
-constexpr int kAlgorithm = 1;  // bump when other parts come out of the same input
+constexpr int kAlgorithm = 2;  // bump when other parts come out of the same input
 constexpr double kHacdScale = 1000;
 constexpr double kSeconds = 180;  // of CPU
 constexpr std::size_t kHollowPoints = 16000;

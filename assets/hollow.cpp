@@ -56,6 +56,7 @@ Grid grid_over(const Bounds& box, std::size_t max_points) {
 
 std::vector<Vec3> hollow_points(const Mesh& mesh, const ConvexHull& hull, double depth,
                                 std::size_t max_points) {
+  if (hull.width == 0) return {};
   const Bounds box = bounds_of(mesh);
   const Grid grid = grid_over(box, max_points);
   std::vector<Vec3> points;

@@ -149,7 +149,7 @@ ConvexHull convex_hull(const std::vector<Vec3>& points) {
     for (const Vec3& v : hull.vertices) least = std::min(least, face.normal.dot(v));
     if (face.normal != Vec3::Zero()) hull.width = std::min(hull.width, face.offset - least);
   }
-  if (hull.faces.empty() || hull.solid.volume == 0) hull.width = 0;
+  if (hull.width == HUGE_VAL || hull.solid.volume == 0) hull.width = 0;
   return hull;
 }
 
@@ -177,8 +177,11 @@ proto::ConvexPart part_from_points(const std::vector<Vec3>& points, std::size_t 
   const ConvexHull full = convex_hull(points);
   const ConvexHull hull = convex_hull(reduced_hull(full, max_vertices, kTolerance));
   const double r = std::min(rounding, hull.width / 4);
-  if (r < kLeast)
-    return hull_part(hull.vertices.size() >= 3 ? hull.vertices : points, std::min(rounding, kLeast));
+  if (r < kLeast) {
+    const bool on_a_line = hull.vertices.size() < 3;
+    return hull_part(on_a_line ? spread_points(points, max_vertices) : hull.vertices,
+                     std::min(rounding, kLeast));
+  }
   double lost = 0;
   for (const Vec3& v : full.vertices) lost = std::max(lost, hull.distance(v));
   return hull_part(shrunk(hull, std::max(0.0, r - lost / 2)), r);

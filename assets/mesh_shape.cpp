@@ -1,5 +1,6 @@
 #include "assets/mesh_shape.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -12,10 +13,21 @@ namespace {
 
 constexpr std::size_t kVisualTriangles = 20'000;
 
+// Whether a body within that hull can be so. What a surface that crosses itself encloses counts twice in
+// places, and in others less than nothing.
+bool fits(const Solid& solid, const ConvexHull& hull) {
+  constexpr double kSlack = 1.01;  // the hull is computed on a grid
+  double reach = 0;
+  for (const Vec3& v : hull.vertices) reach = std::max(reach, (v - solid.centre).squaredNorm());
+  return solid.is_body() && solid.volume <= kSlack * hull.solid.volume && hull.distance(solid.centre) <= 0 &&
+         solid.inertia.trace() / 2 <= kSlack * reach * solid.volume;
+}
+
 // Volume, centre and inertia: the mesh's own where it is closed, else its hull's with a warning.
 Result<Solid> solid_for(const Mesh& mesh, const std::string& name, std::vector<std::string>& warnings) {
   const ConvexHull hull = convex_hull(mesh.vertices);
-  if (!(hull.solid.volume > 1e-12)) return fail(ErrorCode::kInvalid, name + ": flat, it encloses no volume");
+  if (!(hull.solid.volume > 1e-12) || !hull.solid.is_body())
+    return fail(ErrorCode::kInvalid, name + ": flat, it encloses no volume");
   const std::size_t open = open_edges(mesh);
   if (open > 0) {
     warnings.push_back("not closed (" + std::to_string(open) +
@@ -25,6 +37,11 @@ Result<Solid> solid_for(const Mesh& mesh, const std::string& name, std::vector<s
   const Solid solid = solid_of(mesh);
   if (solid.volume < 1e-3 * hull.solid.volume) {
     warnings.push_back("encloses next to no volume: centre of mass and inertia are those of its convex hull");
+    return hull.solid;
+  }
+  if (!fits(solid, hull)) {
+    warnings.push_back(
+        "crosses or overlaps itself: volume, centre of mass and inertia are those of its convex hull");
     return hull.solid;
   }
   return solid;

@@ -1,5 +1,8 @@
 #include "assets/solid.h"
 
+#include <Eigen/Cholesky>
+#include <cmath>
+
 #include "common/det_math.h"
 
 namespace evograsp::assets {
@@ -30,6 +33,16 @@ Solid Solid::plus(const Solid& other) const {
 }
 Solid Solid::minus(const Solid& other) const {
   return combine(*this, other, -1);
+}
+
+bool Solid::is_body() const {
+  const double sum = inertia.trace() / 2;
+  if (!(volume > 0 && sum > 0) || !std::isfinite(volume) || !is_finite(centre) || !inertia.allFinite())
+    return false;
+  // Of the second moments about the centre, which must be positive in every direction.
+  constexpr double kFlat = 1e-12;
+  const Mat3 moments = (1 - kFlat) * Mat3::Identity() - inertia / sum;
+  return Eigen::LLT<Mat3>(moments).info() == Eigen::Success;
 }
 
 Solid solid_box(double x, double y, double z) {

@@ -15,6 +15,10 @@ struct Solid {
   Solid moved(const Pose& pose) const;
   Solid plus(const Solid& other) const;
   Solid minus(const Solid& other) const;
+
+  // Whether a body of positive density can be so: finite, with a volume, principal moments of inertia
+  // positive and none of them more than the other two together. What is flat but for rounding is none.
+  bool is_body() const;
 };
 
 Solid solid_box(double x, double y, double z);       // full sizes, centred

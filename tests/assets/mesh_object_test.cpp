@@ -153,6 +153,35 @@ TEST_F(MeshObject, AnOpenMeshLoadsWithAWarningThatSaysSo) {
   EXPECT_NEAR(object->bundle.mass(), 400 * 6.4e-5, 1e-6);
 }
 
+// A bow tie, extruded: one of its two triangles is inside out.
+TEST_F(MeshObject, ASurfaceThatCrossesItselfGivesNoBodyThatCannotBe) {
+  Mesh mesh;
+  for (const double z : {0.0, 0.03})
+    for (const auto& [x, y] : {std::pair(-0.05, -0.05), {0.04, 0.04}, {0.04, -0.04}, {-0.05, 0.05}})
+      mesh.vertices.emplace_back(x, y, z);
+  mesh.triangles = {{0, 2, 1}, {0, 3, 2}, {4, 5, 6}, {4, 6, 7}};
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    const std::uint32_t j = (i + 1) % 4;
+    mesh.triangles.push_back({i, j, j + 4});
+    mesh.triangles.push_back({i, j + 4, i + 4});
+  }
+  orient_outward(mesh);
+  ASSERT_EQ(open_edges(mesh), 0u);
+  ASSERT_LT(solid_of(mesh).centre.x(), -0.1) << "outside: this is no case";
+  folder_.write("tie.obj", obj_of(mesh));
+  const Result<LoadedObject> object = load("tie.obj");
+  ASSERT_TRUE(object) << object.error().message;
+  ASSERT_EQ(object->warnings.size(), 1u);
+  EXPECT_NE(object->warnings[0].find("crosses or overlaps itself"), std::string::npos) << object->warnings[0];
+  EXPECT_NEAR(object->bundle.mass(), 400 * 0.03 * 0.0081, 1e-4) << "that of the hull";
+  const auto& i = object->bundle.inertia();
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_GT(i[k], 0);
+    EXPECT_LT(i[k], i[(k + 1) % 3] + i[(k + 2) % 3]);
+  }
+  EXPECT_GT(object->bundle.resting_size(), 0);
+}
+
 TEST_F(MeshObject, ACupAndItsHandleStayOpenInFewParts) {
   const Result<LoadedObject> cup = load("cup");  // built in, from our own mesh
   ASSERT_TRUE(cup) << cup.error().message;

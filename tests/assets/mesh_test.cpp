@@ -53,6 +53,26 @@ TEST(Mesh, FineSphereApproachesTheFormula) {
   EXPECT_NEAR(area_of(mesh), 4 * M_PI * 0.04 * 0.04, 1e-4 * 0.16);
 }
 
+TEST(Solid, OnlyWhatABodyCanHaveIsABody) {
+  EXPECT_TRUE(solid_box(0.1, 0.1, 0.1).is_body());
+  EXPECT_TRUE(solid_box(1, 1, 1e-5).is_body());
+  EXPECT_FALSE(Solid().is_body());
+  const auto with = [](const Vec3& moments) {
+    Solid s{1, Vec3::Zero(), Mat3::Zero()};
+    s.inertia.diagonal() = moments;
+    return s.is_body();
+  };
+  EXPECT_TRUE(with({3, 4, 5}));
+  EXPECT_FALSE(with({1, 1, 2.1})) << "more than the other two together";
+  EXPECT_FALSE(with({1, 1, 2})) << "flat";
+  EXPECT_FALSE(with({1, 1, -1}));
+  EXPECT_FALSE(with({-1, -1, -1}));
+  EXPECT_FALSE(with({1, 1, std::nan("")}));
+  Solid turned = solid_box(0.1, 0.2, 0.3);
+  turned.inertia(0, 1) = turned.inertia(1, 0) = 2 * turned.inertia(2, 2);
+  EXPECT_FALSE(turned.is_body()) << "products as large are of no body";
+}
+
 TEST(Mesh, WeldJoinsATriangleSoupAndDropsWhatHasNoArea) {
   const Mesh box = box_mesh({0.01, 0.01, 0.01});
   Mesh soup;
@@ -149,6 +169,30 @@ TEST(Hull, DegeneratePointSetsHaveNoVolumeAndDoNoHarm) {
                                           {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(1, 1, 0)}}) {
     EXPECT_EQ(convex_hull(points).solid.volume, 0);
   }
+}
+
+// A ten-thousandth as thick as long, askew: every face is a sliver, whose normal means nothing.
+std::vector<Vec3> needle() {
+  const Vec3 along(0.3, 0.4, 0.5), aside(4e-5, -3e-5, 0), up(0, 5e-5, -4e-5);
+  return {Vec3::Zero(), along, along / 2 + aside, along / 2 + up};
+}
+
+TEST(Hull, ANeedleIsThin) {
+  ASSERT_GT(convex_hull(needle()).solid.volume, 0) << "flat: this is no case";
+  EXPECT_EQ(convex_hull(needle()).width, 0);
+  const proto::ConvexPart part = part_from_points(needle(), 32, kRounding);
+  EXPECT_LE(part.rounding(), 5e-5) << "it grew by the rounding of a thick part";
+  Mesh mesh{needle(), {{0, 1, 2}, {0, 2, 3}, {0, 3, 1}, {1, 3, 2}}};
+  EXPECT_TRUE(hollow_points(mesh, convex_hull(mesh.vertices), 0.002, 1000).empty()) << "the box it lies in";
+}
+
+TEST(Hull, PointsOnALineMakeAPartOfNoMoreCornersThanAllowed) {
+  std::vector<Vec3> points;
+  for (int i = 0; i < 1000; ++i) points.emplace_back(1e-4 * i, 0, 0);
+  const proto::ConvexPart part = part_from_points(points, 32, kRounding);
+  EXPECT_LE(part.hull().xyz_size(), 3 * 32);
+  EXPECT_NEAR(support(part, Vec3::UnitX()), 0.0999, 1e-4);
+  EXPECT_NEAR(support(part, -Vec3::UnitX()), 0, 1e-4);
 }
 
 TEST(Hull, ReducedHullsStayWithinTheirTolerance) {

@@ -1,3 +1,6 @@
+#include <array>
+#include <vector>
+
 #include "common/digest.h"
 #include "tests/fuzz/seeds.h"
 
@@ -58,11 +61,51 @@ void server_answers() {
   write("answers", "champion", letter(12) + ok(deterministic_bytes(champion)));
 }
 
+// Meshes in tenths of millimetres: see decompose_fuzz.cpp.
+void small_meshes() {
+  const auto settings = [](int kind, int min_parts, int concavity) {
+    return letter(kind) + letter(min_parts - 1) + letter(11) + letter(44) + letter(concavity);
+  };
+  const auto mesh = [](const std::vector<std::array<int, 3>>& vertices, const std::vector<int>& triangles) {
+    std::string out = letter(static_cast<int>(vertices.size()) - 3);
+    for (const auto& v : vertices)
+      for (const int x : v) out += number(static_cast<std::size_t>(x));
+    out += letter(static_cast<int>(triangles.size() / 3));
+    for (const int i : triangles) out += letter(i);
+    return out;
+  };
+  const std::string tetrahedron =
+      mesh({{0, 0, 0}, {500, 0, 0}, {0, 500, 0}, {0, 0, 500}}, {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3});
+  // An L, extruded: two boxes that share a wall.
+  const std::vector<std::array<int, 2>> outline = {{0, 0},     {600, 0},   {600, 200},
+                                                   {200, 200}, {200, 600}, {0, 600}};
+  std::vector<std::array<int, 3>> vertices;
+  for (const int z : {0, 300})
+    for (const auto& p : outline) vertices.push_back({p[0], p[1], z});
+  std::vector<int> triangles = {0, 3, 1, 1, 3, 2, 0, 5, 3, 3, 5, 4, 6, 7, 9, 7, 8, 9, 6, 9, 11, 9, 10, 11};
+  for (int i = 0; i < 6; ++i) {
+    const int j = (i + 1) % 6;
+    triangles.insert(triangles.end(), {i, j, j + 6, i, j + 6, i + 6});
+  }
+  const std::string tie = mesh({{-500, -500, 0}, {400, 400, 0}, {400, -400, 0}, {-500, 500, 0}, {0, 0, 300}},
+                               {0, 2, 1, 0, 3, 2, 0, 1, 4, 1, 2, 4, 2, 3, 4, 3, 0, 4});
+  const std::string corner = mesh(vertices, triangles);
+  write("decompose", "tetrahedron", settings(2, 1, 20) + tetrahedron);
+  write("decompose", "tetrahedron_whole", settings(0, 1, 20) + tetrahedron);
+  write("decompose", "corner", settings(2, 1, 20) + corner + letter(96) + letter(1));
+  write("decompose", "corner_in_three",
+        settings(2, 3, 5) + corner + letter(96) + letter(2) + std::string("\0\1\2\0\1\2\0\1\2", 9));
+  write("decompose", "corner_whole", settings(0, 1, 20) + corner);
+  write("decompose", "tie", settings(0, 1, 20) + tie);
+  write("decompose", "flat", settings(0, 1, 20) + mesh({{0, 0, 0}, {500, 0, 0}, {0, 500, 0}}, {0, 1, 2}));
+}
+
 }  // namespace
 
 void write_user_seeds() {
   small_files();
   server_answers();
+  small_meshes();
 }
 
 }  // namespace evograsp::fuzz
