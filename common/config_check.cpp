@@ -144,7 +144,7 @@ void check_name(const std::string& name, const Complain& complain) {
   const bool printable = std::none_of(name.begin(), name.end(), [](char c) {
     return static_cast<unsigned char>(c) < 0x20 || c == 0x7f || c == '/';
   });
-  if (name.empty() || name == "." || name == ".." || name.size() > 100 || !printable)
+  if (name.empty() || name == "." || name == ".." || name.size() > kLongestRunName || !printable)
     complain("run.name", "is no name for a folder: no '/', no control characters, at most 100 bytes");
 }
 

@@ -1,12 +1,15 @@
 // What single ranges cannot say about a config: values that must fit each other.
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <string>
 
 #include "proto/config.pb.h"
 
 namespace evograsp {
+
+constexpr std::size_t kLongestRunName = 100;  // bytes
 
 // Calls complain(dotted path of the value to change, message) for each contradiction. The config has its
 // defaults written out.

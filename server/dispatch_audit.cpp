@@ -206,13 +206,19 @@ void DispatchLoop::await_hosts() {
 // nobody can decide does.
 void DispatchLoop::skip_audits() {
   if (!working_ || paused_) return;
-  const Scheduler::Skipped skipped = scheduler_.skip_audits(another_is_near());
+  const bool near = another_is_near();
+  const Scheduler::Skipped skipped = scheduler_.skip_audits(near || options_.audits_required);
   for (const std::uint32_t number : skipped.audits) auditor_.drop(number);
   tell_complete(skipped.complete);
   if (!skipped.audits.empty() && !std::exchange(said_alone_, true))
     sink_.event(false, "unaudited",
                 "audits need two workers: the results of generation " + std::to_string(work_.generation) +
                     " are not compared, nor those of later ones until another worker connects");
+  if (skipped.waiting && !near && !std::exchange(said_alone_, true))
+    sink_.event(
+        true, "audit_waiting",
+        "every result is to be compared (dispatch.audit_share is 1): the generation waits until a second "
+        "worker connects");
   if (skipped.disputed && !std::exchange(said_disputed_, true))
     sink_.event(true, "audit_waiting",
                 "workers contradict each other and there is no other to decide: the generation waits until "

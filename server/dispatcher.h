@@ -30,6 +30,7 @@ struct DispatcherOptions {
   double heartbeat_seconds = 0.5;
   double silence_seconds = 1.5;
   double audit_share = 0;        // of the networks: done again by another worker and compared bit for bit
+  bool audits_required = false;  // a worker that is alone waits for another; else audits are left out
   proto::Experiment experiment;  // without objects: workers make no simulator and serve no-op tasks alone
   std::vector<ServedAsset> assets;
   std::shared_ptr<Strangers> strangers;  // told of those that are refused; absent: the dispatcher has its own

@@ -152,6 +152,7 @@ class Scheduler {
     std::vector<std::uint32_t> audits;
     std::vector<std::uint32_t> complete;  // networks that now have all they are going to get
     bool disputed = false;                // a dispute waits for somebody who can decide it
+    bool waiting = false;                 // another audit waits for somebody who can do it
   };
   // Gives up audits for which there is nobody, once nothing else is left to do; patient: none yet, somebody
   // may be back at once. Disputes are not given up.

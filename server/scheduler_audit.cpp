@@ -128,6 +128,7 @@ Scheduler::Skipped Scheduler::skip_audits(bool patient) {
       const bool nobody = !can_audit(not_by);
       skipped.disputed = skipped.disputed || (disputed && nobody);
       if (disputed || !nobody || patient) {
+        skipped.waiting = skipped.waiting || (nobody && !disputed);
         ++unit;
         continue;
       }

@@ -128,6 +128,7 @@ DispatcherOptions dispatcher_options(const ResumePoint& start, bool inproc) {
   options.heartbeat_seconds = config.net().heartbeat_seconds();
   options.silence_seconds = config.net().silence_seconds();
   options.audit_share = config.dispatch().audit_share();
+  options.audits_required = options.audit_share >= 1 && !inproc;
   options.experiment = start.info.experiment;
   for (const StoredAsset& asset : start.assets) options.assets.push_back({asset.id, asset.packed});
   return options;

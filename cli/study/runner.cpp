@@ -4,6 +4,7 @@
 #include <thread>
 
 #include "cli/inputs.h"
+#include "common/config_check.h"
 #include "server/store.h"
 
 namespace evograsp::cli::study {
@@ -49,7 +50,7 @@ tl::expected<void, Diagnostics> Runner::prepare(const std::vector<PlannedRun>& p
       for (Diagnostic& mistake : mistakes) mistake.message += " (run " + run.id + " of " + study_.file + ")";
       return tl::unexpected(mistakes);
     }
-    loaded->config.mutable_run()->set_name(study_.name + "/" + run.id);
+    loaded->config.mutable_run()->set_name((study_.name + "-" + run.id).substr(0, kLongestRunName));
     close_doors(*loaded);
     prepared_.push_back({run, std::move(*loaded)});
   }

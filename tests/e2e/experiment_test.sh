@@ -51,6 +51,9 @@ expect 0 "$evograsp" experiment tiny.txtpb --out whole --quiet
 cmp before.csv whole/tests.csv || fail "the second call changed the answer"
 [ ! -s err ] || fail "--quiet is not: $(head -n 3 err)"
 
+# Each is a run like any other.
+expect 0 "$evograsp" train --resume whole/runs/cube-true-1 --quiet
+
 # Stopped after the first run or later; the same command goes on with it.
 "$evograsp" experiment tiny.txtpb --out stopped >out 2>err &
 running=$!

@@ -72,6 +72,18 @@ TEST_F(Audits, AQuarantineIsSeenInEventsWorkersAndMetrics) {
   expect_champion();
 }
 
+// A liar is not believed because the others are away, for however long.
+TEST_F(Audits, WhenAllIsToBeAuditedALoneWorkerWaitsForAnother) {
+  Process server("evograsp-server", server_arguments({"dispatch.audit_share=1"}), log("server"));
+  const auto liar = start_faulty("liar", "lie");
+  ASSERT_TRUE(eventually([&] { return !events("audit_waiting").empty(); }, 10)) << server.log();
+  EXPECT_TRUE(events("unaudited").empty());
+  const auto a = start_worker("honest-a", 1), b = start_worker("honest-b", 1);
+  EXPECT_EQ(server.finish(), 0) << server.log();
+  expect_champion();
+  EXPECT_EQ(events("quarantine").size(), 1U);
+}
+
 // Of the liar's lies most are not audited, and are in the journal before one is: they must be taken out of it
 // for good.
 TEST_F(Audits, AKillAfterTheRetractionDoesNotBringTheLiesBack) {

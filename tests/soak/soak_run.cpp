@@ -222,6 +222,18 @@ bool SoakRun::remember() {
   return true;
 }
 
+// What the run has to say of results that were compared, one line each.
+std::string SoakRun::audit_events() const {
+  std::string lines;
+  auto reader = server::StoreReader::open(run_dir());
+  const auto events = reader ? (*reader)->events(0, 100000) : Result<std::vector<server::Event>>();
+  if (!events) return {};
+  for (const server::Event& event : *events)
+    if (event.kind.starts_with("audit") || event.kind == "unaudited" || event.kind == "quarantine")
+      lines += event.kind + ": " + event.text + "\n";
+  return lines;
+}
+
 // What was committed to the journal while the server lived is there afterwards, with the same bytes, and has
 // come in once.
 bool SoakRun::check_kept() {
@@ -246,7 +258,8 @@ bool SoakRun::check_end() {
   if (!journal) return complain("run.db cannot be read");
   for (const auto& [key, digest] : *journal)
     if (!expected_->journal.contains(key) || expected_->journal.at(key) != digest)
-      return complain("an evaluation differs from the undisturbed run's");
+      return complain("the evaluation of genome " + std::to_string(key.second) + " of generation " +
+                      std::to_string(key.first) + " differs from the undisturbed run's\n" + audit_events());
   if (!damaged_ && journal->size() != expected_->journal.size()) return complain("an evaluation is missing");
   if (testing::read_file(run_dir() / server::kChampionFile) != expected_->champion)
     return complain("the champion differs from the undisturbed run's");

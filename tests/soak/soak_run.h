@@ -91,6 +91,7 @@ class SoakRun {
 
   bool remember();    // what is journalled just now, before the master goes
   bool check_kept();  // ... is there afterwards
+  std::string audit_events() const;
   bool check_end();
   bool check_strangers();
   bool complain(const std::string& what);
@@ -155,6 +156,7 @@ class SoakRun {
   const Fault* now_ = nullptr;
   int server_starts_ = 0, worker_starts_ = 0;
   bool good_ = true;
+  bool lied_ = false;     // a liar has been there
   bool tallied_ = false;  // the count of the journal has begun
   bool damaged_ = false;  // a byte of run.db was flipped and the run went on
   std::uint64_t accepted_ = 0;
