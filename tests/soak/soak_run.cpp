@@ -150,8 +150,9 @@ void SoakRun::keep_workers() {
 
 Undisturbed SoakRun::undisturbed() {
   start_server();
-  const std::string name = "worker";
-  Process worker("evograsp-worker", worker_arguments(name, false), log_of(name));
+  // Two, since every result is compared.
+  Process one("evograsp-worker", worker_arguments("one", false), log_of("one"));
+  Process other("evograsp-worker", worker_arguments("other", false), log_of("other"));
   if (server_->finish() != 0) std::printf("the undisturbed run failed:\n%s\n", server_->log().c_str());
   return {testing::read_file(run_dir() / server::kChampionFile),
           read_journal(run_dir(), kGenerations).value_or(Journal{})};
