@@ -25,6 +25,8 @@ fi
 # Larger inputs find little and cost much.
 declare -A most_bytes=([config]=16384 [hand]=32768 [mesh]=4096 [object]=4096 [worker]=8192)
 
+export LSAN_OPTIONS="suppressions=$PWD/deploy/lsan.supp ${LSAN_OPTIONS:-}"
+
 fuzz_one() {
   local target=$1 log=build/fuzz/$1.log options=() folders=() status
   [ -x "$programs/${target}_fuzz" ] || { echo "$target: there is no fuzzer of that name" >&2; return 2; }

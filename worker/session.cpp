@@ -11,7 +11,6 @@
 
 #include "common/counted.h"
 #include "common/log.h"
-#include "common/rendezvous.h"
 #include "common/version.h"
 
 namespace evograsp::worker {
@@ -21,8 +20,6 @@ namespace {
 constexpr double kMostPatience = 1.0;  // s: a master that is back is found within this
 constexpr double kSlowestTick = 0.1;
 constexpr double kSignSeconds = 1;
-constexpr double kWarnAgain = 60;    // s
-constexpr double kAloneSeconds = 5;  // without a master until that is worth a line
 constexpr double kReconnectPause = 0.1;
 constexpr double kRendezvousPause = 0.5;  // s: the file may be on a file server that a thousand workers ask
 // A task that runs this long is reported as started. Most are done by then, and their result says it all.
@@ -41,23 +38,6 @@ double jitter() {
   thread_local std::minstd_rand engine{std::random_device{}()};
   return 0.75 + 0.5 * static_cast<double>(engine() - std::minstd_rand::min()) /
                     static_cast<double>(std::minstd_rand::max() - std::minstd_rand::min());
-}
-
-// Why a master and this worker came to nothing, and what to look at.
-const char* cause_of(FailedHandshake::Why why, bool has_keys) {
-  switch (why) {
-    case FailedHandshake::Why::kNotListed:
-      return "the master refused this worker's key: is its public key on the master's allow-list?";
-    case FailedHandshake::Why::kMechanism:
-      return has_keys ? "this worker has keys (CURVE), what listens there has none"
-                      : "the master refuses peers without keys (CURVE): give this worker a --curve-key-file";
-    case FailedHandshake::Why::kGone:
-      return has_keys ? "hung up or fell silent during the handshake: is the server-key in the key file the "
-                        "master's public key, and is an evograsp master there?"
-                      : "hung up or fell silent during the handshake: is an evograsp master there?";
-    default:
-      return "what listens there is no evograsp master";
-  }
 }
 
 }  // namespace
@@ -120,39 +100,6 @@ void Session::show_life() {
   sign << kWords[static_cast<int>(state_)] << "\n" << std::flush;
   if (!sign && !std::exchange(sign_failed_, true))
     spdlog::warn("--alive-file {}: cannot be written: {}", options_.alive_file, std::strerror(errno));
-}
-
-// Where the master is: false while nobody says so.
-bool Session::find_master() {
-  if (options_.rendezvous.empty()) return true;
-  const auto where = read_rendezvous(options_.rendezvous);
-  if (where && !where->connect.empty()) {
-    endpoint_ = where->connect;
-    return true;
-  }
-  if (where) {
-    if (options_.once) spdlog::info("{}: {}", options_.rendezvous, where->over);
-    done_ = done_ || options_.once;
-    return false;
-  }
-  if (where.error().code != ErrorCode::kNotFound) give_up(where.error());
-  return false;
-}
-
-void Session::check_absence() {
-  const bool looking = !connected_ || state_ == State::kGreeting;
-  if (looking && !alone_said_ && Clock::now() - served_ > milliseconds(kAloneSeconds)) {
-    alone_said_ = true;
-    if (const auto where = read_rendezvous(options_.rendezvous);
-        !options_.rendezvous.empty() && (!where || where->connect.empty()))
-      spdlog::warn("{}: does not say where a master is: still looking", options_.rendezvous);
-    else
-      spdlog::warn("no master answers at {}: still looking", endpoint_);
-  }
-  if (options_.wait_seconds <= 0 || Clock::now() - served_ < milliseconds(options_.wait_seconds)) return;
-  const std::string where = options_.rendezvous.empty() ? endpoint_ : options_.rendezvous;
-  give_up({ErrorCode::kUnavailable,
-           where + ": no master for " + std::to_string(static_cast<int>(options_.wait_seconds)) + " s"});
 }
 
 Status Session::connect() {
@@ -238,14 +185,6 @@ void Session::check_connection() {
   if (done_) return;
   spdlog::warn("the connection to the master ended: connecting anew");
   lost_ = true;
-}
-
-// Tries go on: keys may be listed, and masters started, later. Said once, and again after a while.
-void Session::warn_of(FailedHandshake::Why why) {
-  if (warned_of_ == why && Clock::now() < next_warning_) return;
-  warned_of_ = why;
-  next_warning_ = Clock::now() + milliseconds(kWarnAgain);
-  spdlog::warn("{}: {}; trying again", endpoint_, cause_of(why, options_.curve.has_value()));
 }
 
 void Session::check_silence() {

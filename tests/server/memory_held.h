@@ -6,7 +6,7 @@
 
 #include "common/sanitized.h"
 #ifdef EVOGRASP_SANITIZED
-#include <sanitizer/allocator_interface.h>
+extern "C" std::size_t __sanitizer_get_current_allocated_bytes();  // g++ has it, and no header that says so
 #endif
 
 namespace evograsp::testing {
