@@ -77,7 +77,8 @@ void check_part(const Points& points, std::size_t most_corners) {
   const double slack = 4 * part.rounding() + 1e-9;
   for (int i = 0; i < 27; ++i) {
     if (i == 13) continue;
-    const Vec3 d = Vec3(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1).normalized();
+    const int x = i % 3 - 1, y = i / 3 % 3 - 1, z = i / 9 - 1;
+    const Vec3 d = Vec3(x, y, z).normalized();
     fuzz::require(assets::support(part, d) <= reach(points, d) + slack, "and hardly beyond its points");
   }
 }

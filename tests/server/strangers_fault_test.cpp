@@ -1,6 +1,7 @@
 // Strangers at the doors of a master that works: refused, named in few lines, bounded in memory, and the work
 // goes on. Rates before and meanwhile are printed.
 #include <gtest/gtest.h>
+#include <httplib.h>
 #include <sys/socket.h>
 
 #include <algorithm>
@@ -183,6 +184,10 @@ TEST_F(Strangers, AtTheHttpPort) {
   options.strangers = strangers_;
   const auto api = std::move(*server::ApiServer::create(options, run));
   const std::string endpoint = "tcp://127.0.0.1:" + std::to_string(api->port());
+  // One alone first: the library's sets of known methods are filled by whoever comes first, under a guard
+  // that ThreadSanitizer does not see.
+  EXPECT_TRUE(httplib::Client("127.0.0.1", api->port()).Get("/api/v1/run"));
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));  // its connection is closed by then
   std::vector<int> dripping;
   for (int i = 0; i < 64; ++i) dripping.push_back(raw_connection(endpoint));
   const std::string requests[] = {"GET /../../etc/passwd HTTP/1.1\r\n\r\n",
