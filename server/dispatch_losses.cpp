@@ -1,9 +1,9 @@
 // Sessions that end: whose connection is gone, who is silent, whose slots hang, who does nothing.
 #include <algorithm>
-#include <chrono>
 
 #include "common/counted.h"
 #include "server/dispatch_loop.h"
+#include "server/store_records.h"
 
 namespace evograsp::server {
 
@@ -13,10 +13,6 @@ constexpr double kDeafFactor = 4;        // times the silence limit, while messa
 constexpr double kTransportSeconds = 5;  // less than the transport's own patience
 constexpr double kUnlistedSeconds = 60;  // between two lines about what is not listed
 constexpr double kAbsentSeconds = 0.2;   // between two ticks: this thread did not run, and heard nobody
-
-double unix_time() {
-  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
 
 }  // namespace
 

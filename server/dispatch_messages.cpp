@@ -1,10 +1,10 @@
 // What peers say, and what is believed of it.
 #include <algorithm>
-#include <chrono>
 #include <utility>
 
 #include "common/version.h"
 #include "server/dispatch_loop.h"
+#include "server/store_records.h"
 
 namespace evograsp::server {
 
@@ -15,10 +15,6 @@ constexpr std::size_t kMaxName = 200;
 constexpr double kScoldEvery = 0.1;    // s, for the same stranger
 constexpr int kHellos = 5;             // of one connection at once
 constexpr double kHelloSeconds = 0.5;  // and then one in so long: who loses a connection comes by another
-
-double unix_time() {
-  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
 
 // Names come from strangers and end in logs: short, printable, one line.
 std::string clean(const std::string& name) {
